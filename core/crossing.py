@@ -1,0 +1,32 @@
+"""The one test that says whether a segment crosses a tangent disc."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def crosses(origins, ends, centres, normals, radii) -> np.ndarray:
+    """Whether each segment crosses its disc from the front, as booleans of shape (...).
+
+    origins, ends, centres and normals are (..., 3) and radii (...); they broadcast against each other.
+    With the segment's vector s = end - origin (not normalised) and w = centre - origin, the segment meets
+    the disc's plane at t = (w.n)/(s.n), 0 <= t <= 1, and there lies within the radius d of the centre when
+
+        |s (w.n) - w (s.n)|^2 <= d^2 (s.n)^2
+
+    so no division is made, t is compared by sign, and a NaN gives False. Arriving from the front means
+    s.n < 0. The centre is subtracted first, in float64, which keeps the test exact far from the origin.
+    Sums are written out, so that every gatherer gets the same bits for the same pair.
+    """
+    s = ends - origins
+    w = centres - origins
+    sx, sy, sz = s[..., 0], s[..., 1], s[..., 2]
+    wx, wy, wz = w[..., 0], w[..., 1], w[..., 2]
+    nx, ny, nz = normals[..., 0], normals[..., 1], normals[..., 2]
+    facing = sx * nx + sy * ny + sz * nz
+    height = wx * nx + wy * ny + wz * nz
+    dx = sx * height - wx * facing
+    dy = sy * height - wy * facing
+    dz = sz * height - wz * facing
+    reach = radii * facing
+    return (facing < 0) & (height <= 0) & (height >= facing) & (dx * dx + dy * dy + dz * dz <= reach * reach)

@@ -1,0 +1,48 @@
+"""Named errors: each message says in one sentence what is wrong and what the user can do.
+
+The add-on and the command line catch :class:`DetpError` alone and show its text as it is.
+"""
+
+
+class DetpError(Exception):
+    """Base of every error that is the input's or the machine's fault, not the program's."""
+
+
+class InvalidArrayError(DetpError, ValueError):
+    """An array handed to the core has the wrong shape, type or non-finite values."""
+
+
+class InvalidSettingError(DetpError, ValueError):
+    """A bake setting is outside its range (photons < 1, radius <= 0, unknown gatherer, ...)."""
+
+
+class NoMeshError(DetpError):
+    """There is no surface to bake."""
+
+
+class NoLightError(DetpError):
+    """Nothing in the scene emits light."""
+
+
+class NothingSelectedError(DetpError):
+    """The selection to bake holds no mesh object."""
+
+
+class ObjectNotFoundError(DetpError):
+    """A named object does not exist, or is not a mesh that a render shows."""
+
+
+class EditModeError(DetpError):
+    """A mesh is open in Edit Mode, where its data cannot be read or written."""
+
+
+class AttributeNameTakenError(DetpError):
+    """The attribute name belongs to an attribute of another type or domain."""
+
+
+class UnreadableFileError(DetpError):
+    """A scene file is missing, unreadable, not a .blend, or from a newer Blender."""
+
+
+class UnwritableFileError(DetpError):
+    """An output cannot be written."""

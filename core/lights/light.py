@@ -1,0 +1,44 @@
+"""What every light source offers to the photon tracer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from ..bounds import Bounds
+
+#: How many uniform random numbers a particle's emission may use, for every light.
+EMISSION_DIMENSIONS = 4
+
+
+@dataclass(frozen=True)
+class Particles:
+    """Photon particles as they leave a light.
+
+    origins     (P, 3) metres
+    directions  (P, 3) unit vectors
+    flux        (P, 3) radiant flux in W, RGB; negative for lights of negative power
+    """
+
+    origins: np.ndarray
+    directions: np.ndarray
+    flux: np.ndarray
+
+
+class Light(Protocol):
+    """A source of photon particles."""
+
+    def flux(self, bounds: Bounds) -> np.ndarray:
+        """Radiant flux (3,) in W that the light sends out; distant lights: that enters ``bounds``."""
+        ...
+
+    def emit(self, uniforms: np.ndarray, bounds: Bounds) -> Particles:
+        """Turn ``uniforms`` (P, EMISSION_DIMENSIONS) in [0, 1) into P particles.
+
+        The mapping is deterministic, so that random and low-discrepancy numbers serve alike. The
+        particles' flux adds up to :meth:`flux` in expectation. Distant lights start their particles on the
+        surface of ``bounds``.
+        """
+        ...

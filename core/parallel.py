@@ -1,0 +1,36 @@
+"""Threads for work that releases the interpreter lock, joined before anything is returned."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from itertools import islice
+from typing import TypeVar
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
+
+
+def worker_count() -> int:
+    """Threads to use: the processors this process may run on."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def ordered_map(function: Callable[[Task], Result], tasks: Iterable[Task]) -> Iterator[Result]:
+    """Yield ``function(task)`` in the tasks' order, a few at a time in parallel.
+
+    No thread is alive while the caller holds a result: the pool is joined before each group of results is
+    handed out, as Blender demands of threads inside an operator.
+    """
+    workers = worker_count()
+    remaining = iter(tasks)
+    while group := list(islice(remaining, workers)):
+        if len(group) == 1:
+            yield function(group[0])
+            continue
+        with ThreadPoolExecutor(workers) as pool:
+            results = list(pool.map(function, group))
+        yield from results

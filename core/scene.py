@@ -1,0 +1,65 @@
+"""The scene model: what photons meet (triangles) and where they come from (lights)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .bounds import Bounds
+from .checks import float_rows, index_rows
+from .errors import InvalidArrayError, NoMeshError
+from .lights.light import Light
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Triangles and lights; every surface is a Lambertian reflector and emitter on both sides.
+
+    vertices       (V, 3) positions in metres
+    triangles      (T, 3) vertex indices
+    albedo         (T, 3) diffusely reflected share of the light, RGB, 0..1
+    emission       (T, 3) emitted radiance in W/(m^2 sr), RGB, from each of the two sides
+    transmittance  (T, 3) share that goes straight on through the surface, RGB, 0..1 (alpha, thin glass)
+    lights         lamps and the world; emissive triangles are not repeated here
+
+    Raises InvalidArrayError on shapes, indices or values that are not as above, NoMeshError without
+    triangles.
+    """
+
+    vertices: np.ndarray
+    triangles: np.ndarray
+    albedo: np.ndarray
+    emission: np.ndarray
+    transmittance: np.ndarray
+    lights: tuple[Light, ...] = field(default=())
+
+    def __post_init__(self):
+        vertices = float_rows(self.vertices, "vertices")
+        triangles = index_rows(self.triangles, "triangles", 3, len(vertices))
+        count = len(triangles)
+        if count == 0:
+            raise NoMeshError("The scene has no faces, so there is nothing to bake: add a mesh that a render shows.")
+        checked = {
+            "vertices": vertices,
+            "triangles": triangles,
+            "albedo": float_rows(self.albedo, "albedo", 3, count),
+            "emission": float_rows(self.emission, "emission", 3, count),
+            "transmittance": float_rows(self.transmittance, "transmittance", 3, count),
+            "lights": tuple(self.lights),
+        }
+        for name in ("albedo", "transmittance"):
+            if (checked[name] < 0).any():
+                raise InvalidArrayError(f"{name} must not be negative.")
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
+
+    @property
+    def bounds(self) -> Bounds:
+        """The box around the triangles (vertices that no triangle uses do not count)."""
+        return Bounds.of(self.vertices[self.triangles.ravel()])
+
+    @property
+    def corners(self) -> np.ndarray:
+        """Triangle corner positions (T, 3 corners, 3) in metres."""
+        return self.vertices[self.triangles]

@@ -1,0 +1,33 @@
+"""Photon path segments: the trajectories that density estimation on the tangent plane stores."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Segments:
+    """Straight pieces of photon paths, from an emission or reflection to the next surface or out of the scene.
+
+    origins  (S, 3) metres
+    ends     (S, 3) metres; the first hit of the real scene (lengthened by the rounding tolerance of that
+             hit), or a point outside everything for a segment that leaves the scene
+    flux     (S, 3) W, RGB; a whole batch of segments is scaled to the scene's full power
+    bounce   (S,)   uint16, reflections before this segment: 0 for light straight from a source
+    """
+
+    origins: np.ndarray
+    ends: np.ndarray
+    flux: np.ndarray
+    bounce: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.origins)
+
+    @staticmethod
+    def joined(parts: list[Segments]) -> Segments:
+        """All segments of ``parts`` in their order; ``parts`` holds at least one."""
+        names = ("origins", "ends", "flux", "bounce")
+        return Segments(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})

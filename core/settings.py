@@ -1,0 +1,64 @@
+"""What the user may trade: photons against time, radius against blur."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from .errors import InvalidSettingError
+
+#: quality -> (photons, relative standard error that the automatic radius aims at)
+QUALITIES = {
+    "draft": (1 << 18, 0.15),
+    "preview": (1 << 21, 0.08),
+    "final": (1 << 24, 0.04),
+}
+
+#: names of the gatherers a user may ask for
+GATHERERS = ("auto", "disc-index", "sphere-cache", "brute-force")
+
+
+@dataclass(frozen=True)
+class BakeSettings:
+    """How to bake. ``None`` takes the quality's value, or for the radius the automatic one.
+
+    quality   draft, preview or final
+    photons   particles to emit, >= 1
+    radius    of the tangent discs, metres, > 0
+    bounces   most reflections of one photon path, >= 0
+    seed      of the random numbers; equal seeds give equal results on any number of threads
+    gatherer  one of GATHERERS
+
+    Raises InvalidSettingError on anything else.
+    """
+
+    quality: str = "preview"
+    photons: int | None = None
+    radius: float | None = None
+    bounces: int = 64
+    seed: int = 0
+    gatherer: str = "auto"
+
+    def __post_init__(self):
+        if self.quality not in QUALITIES:
+            raise InvalidSettingError(f"Unknown quality '{self.quality}': choose {', '.join(QUALITIES)}.")
+        if self.gatherer not in GATHERERS:
+            raise InvalidSettingError(f"Unknown gatherer '{self.gatherer}': choose {', '.join(GATHERERS)}.")
+        if self.photons is not None and self.photons < 1:
+            raise InvalidSettingError(f"At least 1 photon is needed, not {self.photons}.")
+        if self.radius is not None and not (math.isfinite(self.radius) and self.radius > 0):
+            raise InvalidSettingError(f"The disc radius must be a finite number above 0 m, not {self.radius:g}.")
+        if self.bounces < 0:
+            raise InvalidSettingError(f"The number of bounces must be 0 or more, not {self.bounces}.")
+        if self.seed < 0:
+            raise InvalidSettingError(f"The seed must be 0 or more, not {self.seed}.")
+
+    @property
+    def photon_count(self) -> int:
+        """Particles to emit."""
+        return self.photons if self.photons is not None else QUALITIES[self.quality][0]
+
+    @property
+    def target_error(self) -> float:
+        """Relative standard error at which the automatic radius aims."""
+        return QUALITIES[self.quality][1]

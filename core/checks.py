@@ -56,7 +56,7 @@ def _as_array(values, name, dtype, columns, rows) -> np.ndarray:
     wanted = (rows,) if columns is None else (rows, columns)
     if array.size == 0 and columns is not None and array.ndim == 1:
         array = array.reshape(0, columns)
-    matches = array.ndim == len(wanted) and all(w is None or s == w for s, w in zip(array.shape, wanted))
+    matches = array.ndim == len(wanted) and all(w is None or s == w for s, w in zip(array.shape, wanted, strict=True))
     if not matches:
         shape = ", ".join("n" if w is None else str(w) for w in wanted)
         raise InvalidArrayError(f"{name} must have the shape ({shape}), not {array.shape}.")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,6 +25,10 @@ class Segments:
 
     def __len__(self) -> int:
         return len(self.origins)
+
+    def weighted(self, weight: float) -> Segments:
+        """The same segments with their flux multiplied by ``weight``."""
+        return replace(self, flux=self.flux * weight)
 
     @staticmethod
     def joined(parts: list[Segments]) -> Segments:

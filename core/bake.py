@@ -1,0 +1,136 @@
+"""The method on one page: trace photons, gather the segments that cross each disc, estimate, repeat."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Generator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+
+from .discs import TangentDiscs
+from .errors import NoMeshError
+from .estimate import Accumulator, IrradianceEstimate
+from .gatherers.choose import make_gatherer
+from .radius import choose_radius
+from .scene import Scene
+from .segments import Segments
+from .settings import BakeSettings
+from .tracing import PhotonTracer
+
+#: Particles traced at a time, and gathered at a time. Fixed, because the random numbers follow from them:
+#: a seed gives the same light whatever the machine, the gatherer or the number of threads.
+PHOTONS_PER_TRACE = 1 << 15
+PHOTONS_PER_GATHER = 1 << 18
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Where a bake stands: what it is doing, the share done (0..1), and the estimate after the last whole batch."""
+
+    phase: str
+    fraction: float
+    estimate: IrradianceEstimate | None = None
+
+
+@dataclass(frozen=True)
+class BakeResult:
+    """What a bake found, and how.
+
+    estimate      irradiance at the N points, with its standard error
+    radius        of the discs, metres
+    gatherer      name, and ``reason`` for its choice
+    photons, segments   how many were traced
+    seconds       wall time by stage: radius, trace, gather
+    emitted_flux  (3,) W from all lights; ``cut_flux`` (3,) W that the bounce limit cut off
+    """
+
+    estimate: IrradianceEstimate
+    radius: float
+    gatherer: str
+    reason: str
+    photons: int
+    segments: int
+    seconds: dict[str, float]
+    emitted_flux: np.ndarray
+    cut_flux: np.ndarray
+
+
+def bake(
+    scene: Scene, centres: np.ndarray, normals: np.ndarray, settings: BakeSettings
+) -> Generator[Progress, None, BakeResult]:
+    """Estimate the irradiance at points ``centres`` (N, 3) m with unit ``normals`` (N, 3), step by step.
+
+    Yields a Progress often (a user interface calls next() between redraws; closing the generator cancels) and
+    returns a BakeResult. Memory is bounded by the batch. Raises NoMeshError without points, NoLightError without
+    light, InvalidSettingError and InvalidArrayError on bad input.
+    """
+    if len(centres) == 0:
+        raise NoMeshError("There is no vertex to bake: choose at least one mesh with faces.")
+    stopwatch = _Stopwatch("radius", "trace", "gather")
+    yield Progress("Choosing the radius", 0.0)
+    with stopwatch("radius"):
+        radius = settings.radius or choose_radius(scene, centres, normals, settings)
+    discs = TangentDiscs.of_radius(centres, normals, radius)
+    with stopwatch("trace"):
+        tracer = PhotonTracer(scene, scene.bounds.expanded(radius), settings.bounces)
+    with stopwatch("gather"):
+        gatherer, reason = make_gatherer(settings.gatherer, discs)
+
+    estimate = IrradianceEstimate.empty(len(discs))
+    segment_count, cut = 0, np.zeros(3)
+    for first in range(0, settings.photon_count, PHOTONS_PER_GATHER):
+        particles = min(PHOTONS_PER_GATHER, settings.photon_count - first)
+        parts = []
+        for start in range(first, first + particles, PHOTONS_PER_TRACE):
+            yield Progress("Tracing photons", start / settings.photon_count, estimate)
+            share = min(PHOTONS_PER_TRACE, first + particles - start)
+            with stopwatch("trace"):
+                traced = tracer.trace(share, _generator(settings.seed, start))
+            # Each part carries the scene's full power; in its batch it stands for its share of the particles.
+            parts.append(traced.segments.weighted(share / particles))
+            cut += traced.cut_flux * (share / settings.photon_count)
+        segments = Segments.joined(parts)
+        segment_count += len(segments)
+        accumulator = Accumulator(discs, segments, particles)
+        found = gatherer.crossings(segments)
+        with stopwatch("gather"):
+            crossings = next(found, None)
+        while crossings is not None:
+            yield Progress("Gathering", (first + particles) / settings.photon_count, estimate)
+            with stopwatch("gather"):
+                accumulator.add(crossings)
+                crossings = next(found, None)
+        estimate = estimate.merged(accumulator.estimate())
+    return BakeResult(
+        estimate=estimate,
+        radius=radius,
+        gatherer=gatherer.name,
+        reason=reason,
+        photons=estimate.particles,
+        segments=segment_count,
+        seconds=stopwatch.seconds,
+        emitted_flux=tracer.emitted_flux,
+        cut_flux=cut,
+    )
+
+
+def _generator(seed: int, start: int) -> np.random.Generator:
+    """The random numbers of the particles from ``start`` on; key 0 is the pilot's (see core/radius.py)."""
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(1, start)))
+
+
+class _Stopwatch:
+    """Adds up wall time by stage: ``with stopwatch("trace"): ...``."""
+
+    def __init__(self, *stages: str):
+        self.seconds = dict.fromkeys(stages, 0.0)
+
+    @contextmanager
+    def __call__(self, stage: str):
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[stage] += time.perf_counter() - start

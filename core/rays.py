@@ -1,0 +1,78 @@
+"""First hits of rays on the scene's triangles: the one place that knows Embree."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
+
+from .bounds import Bounds
+from .parallel import ordered_map
+
+#: Rays in one call to Embree: long enough to hide the call, short enough to share among threads.
+RAYS_PER_SLICE = 1 << 15
+
+#: Share of the scene's radius by which origins are lifted off a surface. Embree sees the scene in float32, centred
+#: and scaled to radius 1, where coordinates are exact to 2^-24; a ray that starts 32 of these steps away does not
+#: hit its own triangle again, even at grazing angles.
+RELATIVE_TOLERANCE = 2.0**-19
+
+
+@dataclass(frozen=True)
+class Hits:
+    """Where each of R rays meets the scene first.
+
+    triangle  (R,) int64, -1 for a ray that meets nothing
+    points    (R, 3) metres, on the triangle's plane in float64; meaningless where triangle is -1
+    """
+
+    triangle: np.ndarray
+    points: np.ndarray
+
+
+class RayCaster:
+    """Casts rays at triangles (T, 3 corners, 3), metres.
+
+    Attribute ``tolerance``, metres: origins must be at least so far off a surface not to hit it again, and a hit is
+    exact to about that distance.
+    """
+
+    def __init__(self, corners: np.ndarray):
+        bounds = Bounds.of(corners.reshape(-1, 3))
+        self._corners = corners
+        self._centre = bounds.centre
+        self._scale = 1.0 / bounds.radius if bounds.radius > 0 else 1.0
+        self.tolerance = RELATIVE_TOLERANCE / self._scale
+        local = ((corners - self._centre) * self._scale).astype(np.float32)
+        self._embree = EmbreeScene()
+        self._mesh = TriangleMesh(self._embree, np.ascontiguousarray(local))
+        # The first call commits the scene, which must not happen in several threads at once.
+        self._embree.run(np.zeros((1, 3), np.float32), np.array([[0, 0, 1]], np.float32))
+
+    def first_hits(self, origins: np.ndarray, directions: np.ndarray) -> Hits:
+        """The nearest triangle along each ray: ``origins`` (R, 3) metres, ``directions`` (R, 3) unit vectors.
+
+        Hit points come from the triangle's float64 corners and Embree's barycentric coordinates, which stays exact
+        for needles and at grazing angles, where origin + distance * direction does not (Waechter and Binder 2019).
+        """
+        count = len(origins)
+        triangle = np.full(count, -1, np.int64)
+        points = np.zeros((count, 3))
+        slices = [slice(start, start + RAYS_PER_SLICE) for start in range(0, count, RAYS_PER_SLICE)]
+        found = ordered_map(lambda rows: self._cast(origins[rows], directions[rows]), slices)
+        for rows, (hit_triangle, hit_points) in zip(slices, found, strict=True):
+            triangle[rows] = hit_triangle
+            points[rows] = hit_points
+        return Hits(triangle, points)
+
+    def _cast(self, origins, directions):
+        local = ((origins - self._centre) * self._scale).astype(np.float32)
+        result = self._embree.run(local, directions.astype(np.float32), output=1)
+        triangle = result["primID"].astype(np.int64)
+        u = result["u"].astype(np.float64)[:, None]
+        v = result["v"].astype(np.float64)[:, None]
+        corners = self._corners[triangle]
+        first = corners[:, 0]
+        return triangle, first + u * (corners[:, 1] - first) + v * (corners[:, 2] - first)

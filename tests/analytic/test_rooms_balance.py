@@ -1,0 +1,173 @@
+"""Whole bakes against closed-form answers: furnace, energy balance, plates, bounce limit, colour, passage."""
+
+import numpy as np
+import pytest
+from detp.core.bake import bake
+from detp.core.lights.emissive import EmissiveTriangles
+from detp.core.lights.point import PointLight
+from detp.core.lights.sun import SunLight
+from detp.core.lights.world import UniformWorld
+from detp.core.settings import BakeSettings
+from rooms import box_quads, face_points, finished, scene_of, z_scores
+from scipy import stats
+
+PHOTONS = 400_000
+
+
+def baked(scene, points, normals, radius, **settings):
+    return finished(bake(scene, points, normals, BakeSettings(photons=PHOTONS, radius=radius, **settings)))
+
+
+def assert_unbiased(estimate, expected, batches=20):
+    """The mean over all points agrees with the expectation: a t-test over groups of points, and no outliers.
+
+    Points of one bake share photons, so the spread between groups of points only bounds the error of their mean from
+    below; neighbouring discs do not overlap in these tests, which keeps the groups nearly independent.
+    """
+    z = z_scores(estimate, expected)
+    assert np.abs(z).max() < 5, f"a point is {np.abs(z).max():.1f} standard errors off"
+    groups = np.array([part.mean() for part in np.array_split(z, batches)])
+    assert stats.ttest_1samp(groups, 0).pvalue > 0.001, f"mean z {z.mean():.3f}"
+
+
+@pytest.mark.parametrize("albedo", [0.0, 0.5, 0.8])
+def test_furnace_reads_one_in_the_middle_of_flat_faces(albedo):
+    quads = box_quads((2, 2, 2))
+    scene = scene_of(quads, albedo, (1 - albedo) / np.pi)
+    points, normals = face_points(quads)
+    result = baked(scene, points, normals, 0.1)
+    assert_unbiased(result.estimate, 1.0)
+
+
+def test_furnace_with_a_bounce_limit_is_a_geometric_sum():
+    albedo, bounces = 0.7, 3
+    quads = box_quads((2, 2, 2))
+    scene = scene_of(quads, albedo, 1 / np.pi)
+    points, normals = face_points(quads)
+    result = baked(scene, points, normals, 0.1, bounces=bounces)
+    assert_unbiased(result.estimate, (1 - albedo ** (bounces + 1)) / (1 - albedo))
+    expected_cut = 24 * albedo ** (bounces + 1)
+    assert result.cut_flux == pytest.approx(expected_cut, rel=4 / np.sqrt(PHOTONS * albedo**4))
+    assert result.emitted_flux == pytest.approx(2 * 24)
+
+
+@pytest.mark.parametrize("size", [(1, 1, 1), (4, 3, 2)])
+def test_energy_balance_of_a_closed_room_with_a_lamp(size):
+    albedo, flux = 0.6, np.array((10.0, 20.0, 5.0))
+    quads = box_quads(size)
+    scene = scene_of(quads, albedo, lights=(PointLight((0.3, 0.4, 0.6), flux),))
+    area = 2 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0])
+    points, normals = stratified(quads, 24)
+    result = baked(scene, points, normals, 0.03)
+    weights = np.repeat([np.linalg.norm(np.cross(q[1] - q[0], q[3] - q[0])) for q in quads], 24**2)
+    # Discs half over an edge lose light there, so the balance is taken where no disc touches a wall.
+    inside = np.all((points > 0.031) & (points < np.array(size) - 0.031) | (np.abs(normals) > 0.5), axis=1)
+    mean = np.average(result.estimate.irradiance[inside], axis=0, weights=weights[inside])
+    assert mean == pytest.approx(flux / (area * (1 - albedo)), rel=0.02)
+    # Absorbed flux is exact: what was emitted and not cut is all absorbed in a closed room.
+    assert result.emitted_flux == pytest.approx(flux)
+
+
+def stratified(quads, across):
+    u, v = np.meshgrid(*[(np.arange(across) + 0.5) / across] * 2)
+    u, v = u.reshape(1, -1, 1), v.reshape(1, -1, 1)
+    points = quads[:, None, 0] + u * (quads[:, None, 1] - quads[:, None, 0]) + v * (quads[:, None, 3] - quads[:, None, 0])
+    normals = np.cross(quads[:, 1] - quads[:, 0], quads[:, 3] - quads[:, 0])
+    normals = normals / np.linalg.norm(normals, axis=1)[:, None]
+    return points.reshape(-1, 3), np.repeat(normals, across**2, axis=0)
+
+
+def test_two_parallel_plates():
+    rho1, rho2, exitance = 0.5, 0.8, 3.0
+    wide = 400.0
+    lower = np.array([(0, 0, 0), (wide, 0, 0), (wide, wide, 0), (0, wide, 0)], float)
+    upper = lower[::-1] + (0, 0, 1.0)
+    scene = scene_of([lower, upper], [rho1, rho2])
+    plate = EmissiveTriangles(scene.corners[:2], np.full((2, 3), exitance / np.pi))
+    scene = scene_of([lower, upper], [rho1, rho2], lights=(plate,))
+    generator = np.random.default_rng(5)
+    points = np.repeat(generator.uniform(150, 250, (400, 2)), 2, axis=0)
+    points = np.c_[points, np.tile([0.0, 1.0], 400)]
+    normals = np.tile([(0, 0, 1.0), (0, 0, -1.0)], (400, 1))
+    result = baked(scene, points, normals, 2.0)
+    on_upper = exitance / (1 - rho1 * rho2)
+    assert_unbiased(result.estimate, np.tile([rho2 * on_upper, on_upper], 400)[:, None])
+
+
+def test_sun_on_a_tilted_plane_including_its_edges():
+    quad = np.array([(0, 0, 0), (1, 0, 0.5), (1, 1, 0.5), (0, 1, 0)], float)
+    normal = np.array((-0.5, 0, 1)) / np.hypot(0.5, 1)
+    direction = np.array((0.3, 0.2, -1.0)) / np.linalg.norm((0.3, 0.2, -1.0))
+    scene = scene_of([quad], lights=(SunLight(direction, (2.0, 1.0, 0.5), 0.0),))
+    points = np.concatenate([quad, quad[:1] * 0 + (0.5, 0.5, 0.25)])
+    result = baked(scene, points, np.tile(normal, (5, 1)), 0.1)
+    expected = -direction @ normal * np.array((2.0, 1.0, 0.5))
+    assert np.abs(z_scores(result.estimate, expected)).max() < 4
+
+
+def test_open_plane_under_a_uniform_world():
+    quad = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
+    scene = scene_of([quad], lights=(UniformWorld((0.5, 1.0, 2.0)),))
+    points, _ = face_points([quad])
+    both_sides = np.concatenate([points, points])
+    normals = np.repeat([(0, 0, 1.0), (0, 0, -1.0)], len(points), axis=0)
+    result = baked(scene, both_sides, normals, 0.08)
+    assert_unbiased(result.estimate, np.pi * np.array((0.5, 1.0, 2.0)))
+
+
+def test_uniform_sky_beside_a_long_wall():
+    height, distance, length = 1.0, 0.7, 400.0
+    ground = np.array([(-2, -2, 0), (4, -2, 0), (4, 2, 0), (-2, 2, 0)], float)
+    wall = np.array([(0, -length, 0), (0, length, 0), (0, length, height), (0, -length, height)], float)
+    scene = scene_of([ground, wall], lights=(UniformWorld((1.0, 1.0, 1.0)),))
+    radius = 0.1
+    points = np.array([(distance, y, 0) for y in np.linspace(-1, 1, 9)])
+    result = finished(bake(scene, points, np.tile((0, 0, 1.0), (9, 1)), BakeSettings(photons=8_000_000, radius=radius)))
+    # The disc's mean of the formula, by a fine sum over its chords.
+    x = distance + radius * np.linspace(-1, 1, 2001)
+    chord = np.sqrt(np.maximum(radius**2 - (x - distance) ** 2, 0))
+    expected = np.average(np.pi / 2 * (1 + x / np.hypot(x, height)), weights=chord)
+    assert np.abs(z_scores(result.estimate, expected)).max() < 4
+
+
+def test_colour_bleeds_by_the_product_of_albedo_and_light():
+    quads = box_quads((1, 1, 1))
+    scene = scene_of(quads, (0.9, 0.5, 0.0), (1.0, 0.5, 0.25))
+    points, normals = face_points(quads)
+    result = baked(scene, points, normals, 0.06)
+    assert_unbiased(result.estimate, np.pi * np.array((1.0, 0.5, 0.25)) / (1 - np.array((0.9, 0.5, 0.0))))
+
+
+def test_a_clear_pane_changes_nothing_and_a_tinted_one_tints():
+    floor = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
+    pane = np.array([(-9, -9, 0.2), (9, -9, 0.2), (9, 9, 0.2), (-9, 9, 0.2)], float)
+    tint = np.array((1.0, 0.5, 0.0))
+    rows = np.array([(0, 0, 0), tint])
+    scene = scene_of([floor, pane], transmittance=rows, lights=(SunLight((0, 0, -1.0), (1.0, 1.0, 1.0), 0.0),))
+    points, normals = face_points([floor])
+    # The sun aims at the whole pane, so few photons reach the floor's discs: take them large.
+    result = baked(scene, points[12:13], normals[12:13], 0.4)
+    assert np.abs(z_scores(result.estimate, tint)).max() < 4
+    assert result.estimate.irradiance[0, 2] == 0
+
+
+def test_light_of_negative_power_takes_light_away():
+    floor = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], float)
+    lamps = (PointLight((0, 0, 1.0), (40.0, 40.0, 40.0)), PointLight((0, 0, 1.0), (-15.0, -15.0, -15.0)))
+    radius = 0.2
+    result = baked(scene_of([floor], lights=lamps), np.zeros((1, 3)), np.array([(0, 0, 1.0)]), radius)
+    intensity = 25 / (4 * np.pi)
+    expected = 2 * intensity * (1 - 1 / np.hypot(1, radius)) / radius**2
+    assert np.abs(z_scores(result.estimate, expected)).max() < 4
+
+
+def test_a_seed_gives_the_same_light_again_and_another_seed_another():
+    quads = box_quads((1, 1, 1))
+    scene = scene_of(quads, 0.5, 1.0)
+    points, normals = face_points(quads, 2)
+    first, again, other = (
+        finished(bake(scene, points, normals, BakeSettings(photons=5000, radius=0.1, seed=seed))).estimate.irradiance
+        for seed in (1, 1, 2)
+    )
+    assert np.array_equal(first, again)
+    assert not np.array_equal(first, other)

@@ -1,0 +1,59 @@
+"""The running estimate: mean, standard error and merging, against plain sums over simulated particles."""
+
+import numpy as np
+import pytest
+from detp.core.discs import TangentDiscs
+from detp.core.errors import InvalidArrayError
+from detp.core.estimate import Accumulator, IrradianceEstimate
+from detp.core.gatherers.gatherer import Crossings
+from detp.core.segments import Segments
+
+
+def simulated(particles, seed, share=0.05):
+    """One disc of area 2, crossed by a share of the particles with a random flux; the estimate and each X."""
+    generator = np.random.default_rng(seed)
+    discs = TangentDiscs.of_radius(np.zeros((1, 3)), [(0, 0, 1)], np.sqrt(2 / np.pi))
+    flux = generator.exponential(size=(particles, 3)) / particles
+    crossing = np.flatnonzero(generator.random(particles) < share)
+    segments = Segments(np.zeros((particles, 3)), np.zeros((particles, 3)), flux, np.zeros(particles, np.uint16))
+    accumulator = Accumulator(discs, segments, particles)
+    for part in np.array_split(crossing, 3):
+        accumulator.add(Crossings(part, np.zeros(len(part), np.int64)))
+    each = np.zeros((particles, 3))
+    each[crossing] = flux[crossing] * particles / 2
+    return accumulator.estimate(), each
+
+
+def test_mean_and_standard_error_are_those_of_the_particles():
+    estimate, each = simulated(10_000, 1)
+    assert estimate.irradiance[0] == pytest.approx(each.mean(axis=0))
+    assert estimate.standard_error[0] == pytest.approx(each.std(axis=0, ddof=1) / np.sqrt(len(each)), rel=1e-6)
+
+
+def test_merged_estimates_are_the_estimate_of_all_particles():
+    (first, each_first), (second, each_second) = simulated(3000, 2), simulated(7000, 3)
+    merged = first.merged(second)
+    each = np.concatenate([each_first, each_second])
+    assert merged.particles == 10_000
+    assert merged.irradiance[0] == pytest.approx(each.mean(axis=0))
+    assert merged.standard_error[0] == pytest.approx(each.std(axis=0, ddof=1) / 100, rel=1e-6)
+    assert np.array_equal(IrradianceEstimate.empty(1).merged(first).total, first.total)
+
+
+def test_the_standard_error_covers_the_truth_as_often_as_it_says():
+    inside = 0
+    for seed in range(400):
+        estimate, _ = simulated(20_000, 100 + seed)
+        inside += abs(estimate.irradiance[0, 0] - 0.05 / 2) < 1.96 * estimate.standard_error[0, 0]
+    assert 0.92 < inside / 400 < 0.98
+
+
+def test_dark_points_and_single_particles():
+    empty = IrradianceEstimate.empty(2)
+    assert np.isnan(empty.relative_error)
+    assert (empty.irradiance == 0).all() and np.isinf(empty.standard_error).all()
+
+
+def test_only_estimates_of_the_same_points_merge():
+    with pytest.raises(InvalidArrayError):
+        IrradianceEstimate.empty(2).merged(IrradianceEstimate.empty(3))

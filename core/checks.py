@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .errors import InvalidArrayError
+from .errors import InvalidArrayError, InvalidSettingError
 
 
 def float_rows(values, name: str, columns: int | None = 3, rows: int | None = None) -> np.ndarray:
@@ -46,6 +46,34 @@ def unit_rows(values, name: str, rows: int | None = None) -> np.ndarray:
         raise InvalidArrayError(f"{name} must have a direction, but row {row} is zero.")
     scaled = array / largest[:, None]
     return _frozen(scaled / np.linalg.norm(scaled, axis=1)[:, None])
+
+
+def vector(values, name: str) -> np.ndarray:
+    """Return ``values`` as a finite float64 array of shape (3,); raises InvalidArrayError on anything else."""
+    return float_rows(values, name, None, 3)
+
+
+def unit_vector(values, name: str) -> np.ndarray:
+    """Return ``values`` as (3,) scaled to unit length; raises InvalidArrayError when it has no direction."""
+    return unit_rows(vector(values, name)[None, :], name)[0]
+
+
+def number_within(value, name: str, low: float, high: float = np.inf) -> float:
+    """Return ``value`` as a finite float in [low, high]; raises InvalidSettingError on anything else.
+
+    A value above ``high`` by no more than single precision's rounding counts as ``high``: the float32 nearest to
+    pi is larger than pi.
+    """
+    try:
+        number = float(value)
+    except (TypeError, ValueError) as error:
+        raise InvalidSettingError(f"{name} must be a number, not {value!r}.") from error
+    if high < number <= high * (1.0 + np.finfo(np.float32).eps):
+        return high
+    if not (np.isfinite(number) and low <= number <= high):
+        allowed = f"of at least {low:g}" if np.isinf(high) else f"from {low:g} to {high:g}"
+        raise InvalidSettingError(f"{name} must be a finite number {allowed}, not {number:g}.")
+    return number
 
 
 def _as_array(values, name, dtype, columns, rows) -> np.ndarray:

@@ -1,0 +1,33 @@
+"""The Blender side: reads scenes, writes colour attributes, the panel, the operators and the command line."""
+
+from __future__ import annotations
+
+#: what Blender wants back to take ``blender --command detp`` away
+_command = None
+
+
+def register() -> None:
+    """Add properties, operators, the panel, the handlers and ``blender --command detp``."""
+    global _command
+    import bpy
+
+    from . import command, handlers, operators, panel, properties
+
+    properties.register_properties()
+    for cls in (*operators.CLASSES, *panel.CLASSES):
+        bpy.utils.register_class(cls)
+    handlers.register_handlers()
+    _command = command.register_command()
+
+
+def unregister() -> None:
+    """Take everything away that :func:`register` added; a running bake is cancelled."""
+    import bpy
+
+    from . import command, handlers, operators, panel, properties
+
+    command.unregister_command(_command)
+    handlers.unregister_handlers()
+    for cls in reversed((*operators.CLASSES, *panel.CLASSES)):
+        bpy.utils.unregister_class(cls)
+    properties.unregister_properties()

@@ -1,0 +1,45 @@
+"""What Blender does around a running bake: another file, an undo, the end of the add-on."""
+
+import bpy
+from bpy.app.handlers import persistent
+
+from . import session
+
+
+@persistent
+def _before_load(*_args):
+    session.cancel_running("The bake was cancelled because another file was opened.")
+
+
+@persistent
+def _after_load(*_args):
+    session.forget()
+
+
+@persistent
+def _before_undo(*_args):
+    session.cancel_running("The bake was cancelled by an undo, which may change what it has read.")
+
+
+def _pairs():
+    handlers = bpy.app.handlers
+    return (
+        (handlers.load_pre, _before_load),
+        (handlers.load_post, _after_load),
+        (handlers.undo_pre, _before_undo),
+        (handlers.redo_pre, _before_undo),
+    )
+
+
+def register_handlers() -> None:
+    """Follow file loads and undo."""
+    for handlers, handler in _pairs():
+        handlers.append(handler)
+
+
+def unregister_handlers() -> None:
+    """Stop following, and cancel a running bake."""
+    session.cancel_running("The bake was cancelled because the add-on was switched off.")
+    session.forget()
+    for handlers, handler in _pairs():
+        handlers.remove(handler)

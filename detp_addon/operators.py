@@ -1,0 +1,209 @@
+"""What the panel's buttons do: bake, cancel, show the result, copy the report."""
+
+import math
+
+import bpy
+
+from ..core.errors import DetpError
+from . import session
+from .job import bake_scene
+from .properties import BakeOptions, bake_request, option_names, scene_options
+
+#: seconds of work between two redraws, and between the timer's ticks
+SLICE = 0.07
+TICK = 0.02
+
+
+class DETP_OT_bake(BakeOptions, bpy.types.Operator):
+    """Bake the light of the whole scene into the meshes' colour attributes"""
+
+    bl_idname = "detp.bake"
+    bl_label = "Bake Light to Vertex Colours"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        """Only one bake at a time."""
+        if session.running():
+            cls.poll_message_set("A bake is running: wait for it, or cancel it")
+            return False
+        return context.scene is not None
+
+    def execute(self, context):
+        """Bake at once, from a script or in background mode; arguments that are not given come from the scene."""
+        bake = self._begun(context)
+        if bake is None:
+            return {"CANCELLED"}
+        bake.step(math.inf)
+        return self._ended(bake)
+
+    def invoke(self, context, _event):
+        """Bake in slices, so that the window stays alive and Esc cancels."""
+        if context.window is None:
+            return self.execute(context)
+        self._bake = self._begun(context)
+        if self._bake is None:
+            return {"CANCELLED"}
+        self._workspace = context.workspace.name
+        self._timer = context.window_manager.event_timer_add(TICK, window=context.window)
+        context.window_manager.modal_handler_add(self)
+        self._show_progress(context)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context, event):
+        """One slice on each tick; everything but Esc and Undo goes on to the rest of Blender."""
+        swallowed = False
+        if self._bake.outcome is None:
+            if event.type == "ESC" and event.value == "PRESS":
+                self._bake.cancel()
+                swallowed = True
+            elif event.type == "Z" and (event.ctrl or event.oskey):
+                swallowed = True  # an undo would take the scene back behind what the bake has read
+            elif event.type == "TIMER":
+                try:
+                    self._bake.step(SLICE)
+                except BaseException:
+                    self._close(context)
+                    raise
+        if self._bake.outcome is not None:
+            self._close(context)
+            return self._ended(self._bake)
+        if event.type == "TIMER":
+            self._show_progress(context)
+        return {"RUNNING_MODAL"} if swallowed else {"PASS_THROUGH"}
+
+    def cancel(self, context):
+        """Blender itself ends the operator: the window is closed, or another file is opened."""
+        self._bake.cancel("The bake was cancelled because its window was closed.")
+        self._close(context)
+
+    def draw(self, _context):
+        """Adjust Last Operation says what was done; a slider there would bake again at every touch."""
+        bake = session.latest()
+        if bake is not None and bake.outcome is not None:
+            self.layout.label(text=bake.outcome.message)
+
+    def _begun(self, context) -> session.BakeSession | None:
+        options = scene_options(context.scene.detp)
+        for name in option_names():
+            if self.properties.is_property_set(name):
+                options[name] = getattr(self, name)
+        for name, value in options.items():
+            setattr(self, name, value)  # so that a repetition bakes the same
+        try:
+            request = bake_request(options)
+        except DetpError as error:
+            self.report({"ERROR"}, str(error))
+            return None
+        return session.begin(bake_scene(context.scene, context.view_layer, request))
+
+    def _ended(self, bake: session.BakeSession) -> set[str]:
+        outcome = bake.outcome
+        if outcome.status != session.DONE:
+            self.report({"ERROR" if outcome.status == session.FAILED else "WARNING"}, outcome.message)
+            return {"CANCELLED"}
+        for warning in outcome.report.warnings:
+            self.report({"WARNING"}, warning)
+        self.report({"INFO"}, outcome.message)
+        return {"FINISHED"}
+
+    def _show_progress(self, context):
+        progress = self._bake.progress
+        _set_status(self._workspace, f"DETP bake: {progress.phase}, {progress.fraction:.0%}   |   Esc: Cancel")
+        _redraw_sidebars(context)
+
+    def _close(self, context):
+        if self._timer is not None:
+            context.window_manager.event_timer_remove(self._timer)
+            self._timer = None
+        _set_status(self._workspace, None)
+        _redraw_sidebars(context)
+
+
+class DETP_OT_cancel(bpy.types.Operator):
+    """Stop the bake and leave everything as it was"""
+
+    bl_idname = "detp.cancel"
+    bl_label = "Cancel Bake"
+    bl_options = {"INTERNAL"}
+
+    @classmethod
+    def poll(cls, _context):
+        """Only while a bake runs."""
+        return session.running() is not None
+
+    def execute(self, _context):
+        """The bake operator sees it on its next tick."""
+        session.running().cancel()
+        return {"FINISHED"}
+
+
+class DETP_OT_copy_report(bpy.types.Operator):
+    """Copy the whole report of the last bake to the clipboard, with all warnings"""
+
+    bl_idname = "detp.copy_report"
+    bl_label = "Copy Report"
+    bl_options = {"INTERNAL"}
+
+    @classmethod
+    def poll(cls, _context):
+        """Only after a finished bake."""
+        bake = session.latest()
+        return bake is not None and bake.outcome is not None and bake.outcome.report is not None
+
+    def execute(self, context):
+        """The same lines as the command line prints."""
+        report = session.latest().outcome.report
+        context.window_manager.clipboard = "\n".join([report.headline(), *report.details()]) + "\n"
+        return {"FINISHED"}
+
+
+class DETP_OT_show(bpy.types.Operator):
+    """Show the active colour attributes as they are in this viewport; press again to go back"""
+
+    bl_idname = "detp.show"
+    bl_label = "Show Baked Light"
+    bl_options = {"INTERNAL"}
+
+    @classmethod
+    def poll(cls, context):
+        """Only in a 3D View."""
+        return context.space_data is not None and context.space_data.type == "VIEW_3D"
+
+    def execute(self, context):
+        """Solid shading, vertex colours, flat light, or back to what it was before."""
+        shading = context.space_data.shading
+        key = context.area.as_pointer()
+        if shows_light(shading):
+            wanted = _before.pop(key, {"color_type": "MATERIAL", "light": "STUDIO"})
+        else:
+            _before[key] = {name: getattr(shading, name) for name in ("color_type", "light", "type")}
+            wanted = {"type": "SOLID", "color_type": "VERTEX", "light": "FLAT"}
+        for name, value in wanted.items():
+            setattr(shading, name, value)
+        return {"FINISHED"}
+
+
+_before: dict[int, dict[str, str]] = {}
+
+
+def shows_light(shading: bpy.types.View3DShading) -> bool:
+    """Whether a viewport shows the colour attributes unlit."""
+    return (shading.type, shading.color_type, shading.light) == ("SOLID", "VERTEX", "FLAT")
+
+
+def _set_status(workspace: str, text: str | None) -> None:
+    found = bpy.data.workspaces.get(workspace)
+    if found is not None:
+        found.status_text_set(text)
+
+
+def _redraw_sidebars(context) -> None:
+    for window in context.window_manager.windows:
+        for area in window.screen.areas:
+            for region in area.regions if area.type == "VIEW_3D" else ():
+                if region.type == "UI":
+                    region.tag_redraw()
+
+
+CLASSES = (DETP_OT_bake, DETP_OT_cancel, DETP_OT_copy_report, DETP_OT_show)

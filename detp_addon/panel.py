@@ -1,0 +1,184 @@
+"""The sidebar tab: settings, progress, and what the last bake did."""
+
+import math
+import textwrap
+
+import bpy
+
+from . import operators, session
+from .report import BakeReport, counted
+
+#: warnings shown before "and so many more"
+MOST_WARNINGS = 12
+
+GATHERER_NAMES = {"disc-index": "Disc Indexing", "sphere-cache": "Sphere Cache", "brute-force": "Brute Force"}
+
+
+class _Tab:
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "DETP"
+
+
+class DETP_PT_bake(_Tab, bpy.types.Panel):
+    """What most bakes need, and the button."""
+
+    bl_label = "Bake Light to Vertex Colours"
+
+    def draw(self, context):
+        """Settings, greyed out during a bake; then the button, or the progress with its Cancel."""
+        settings = context.scene.detp
+        bake = session.running()
+        quality = self.layout.row(align=True)
+        quality.enabled = bake is None
+        quality.scale_y = 1.2
+        quality.prop(settings, "quality", expand=True)
+        column = _settings_column(self.layout)
+        column.row().prop(settings, "targets", expand=True)
+        column.prop(settings, "gatherer")
+        _automatic(column, settings, "auto_radius", "radius", "Radius")
+        column.prop(settings, "attribute")
+        self.layout.separator()
+        if bake is None:
+            row = self.layout.row()
+            row.scale_y = 1.6
+            row.operator("detp.bake", text="Bake", icon="LIGHT_SUN")
+        else:
+            _draw_progress(self.layout, bake)
+
+
+class DETP_PT_advanced(_Tab, bpy.types.Panel):
+    """What few bakes need."""
+
+    bl_label = "Advanced"
+    bl_parent_id = "DETP_PT_bake"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        """Settings, greyed out during a bake."""
+        settings = context.scene.detp
+        column = _settings_column(self.layout)
+        column.prop(settings, "quantity")
+        column.prop(settings, "domain")
+        column.prop(settings, "activate")
+        column.separator()
+        _automatic(column, settings, "auto_photons", "photons", "Photons")
+        column.prop(settings, "bounces")
+        column.prop(settings, "seed")
+
+
+class DETP_PT_result(_Tab, bpy.types.Panel):
+    """How the last bake went."""
+
+    bl_label = "Last Bake"
+
+    @classmethod
+    def poll(cls, _context):
+        """Once there is one."""
+        bake = session.latest()
+        return bake is not None and bake.outcome is not None
+
+    def draw(self, context):
+        """The report, or why there is none."""
+        outcome = session.latest().outcome
+        width = _line_length(context)
+        if outcome.report is None:
+            icon = "ERROR" if outcome.status == session.FAILED else "INFO"
+            _sentence(self.layout, outcome.message, width, icon)
+            return
+        _draw_figures(self.layout, outcome.report)
+        row = self.layout.row()
+        row.scale_y = 1.3
+        shown = operators.shows_light(context.space_data.shading)
+        row.operator("detp.show", icon="SHADING_SOLID", depress=shown)
+        _draw_lists(self.layout, outcome.report, width)
+
+
+def _settings_column(layout: bpy.types.UILayout) -> bpy.types.UILayout:
+    layout.use_property_split = True
+    layout.use_property_decorate = False
+    column = layout.column()
+    column.enabled = session.running() is None
+    return column
+
+
+def _automatic(layout, settings, switch: str, value: str, heading: str) -> None:
+    """A checkbox "Automatic", and the field only when it is off."""
+    column = layout.column(align=True, heading=heading)
+    column.prop(settings, switch)
+    if not getattr(settings, switch):
+        column.prop(settings, value, text=" ")
+
+
+def _draw_progress(layout: bpy.types.UILayout, bake: session.BakeSession) -> None:
+    progress = bake.progress
+    column = layout.column(align=True)
+    bar = column.row()
+    bar.scale_y = 1.3
+    bar.progress(factor=progress.fraction, type="BAR", text=f"{progress.phase}  {progress.fraction:.0%}")
+    row = column.row(align=True)
+    row.label(text="" if progress.remaining is None else f"About {_duration(progress.remaining)} left")
+    row.operator("detp.cancel", text="Cancel", icon="X")
+
+
+def _draw_figures(layout: bpy.types.UILayout, report: BakeReport) -> None:
+    error = f"{report.relative_error:.1%}" if math.isfinite(report.relative_error) else "No light arrived"
+    column = layout.column(align=True)
+    for name, value in (
+        ("Baked", f"{counted(report.objects, 'object')}, {counted(report.points, 'point')}"),
+        ("Time", _duration(report.seconds["total"])),
+        ("Estimated Error", error),
+        ("Photons", counted(report.photons, "photon").split(" photon")[0]),
+        ("Radius", bpy.utils.units.to_string("METRIC", "LENGTH", report.radius, precision=3)),
+        ("Gatherer", GATHERER_NAMES.get(report.gatherer, report.gatherer)),
+    ):
+        split = column.split(factor=0.4)
+        left = split.row()
+        left.alignment = "RIGHT"
+        left.active = False
+        left.label(text=name)
+        split.label(text=value)
+
+
+def _draw_lists(layout: bpy.types.UILayout, report: BakeReport, width: int) -> None:
+    if report.warnings:
+        many = len(report.warnings) > 3
+        header, body = layout.panel("DETP_warnings", default_closed=many)
+        header.label(text=counted(len(report.warnings), "Warning"), icon="ERROR")
+        if body:
+            for warning in report.warnings[:MOST_WARNINGS]:
+                _sentence(body, warning, width, "DOT")
+            if len(report.warnings) > MOST_WARNINGS:
+                body.label(text=f"and {len(report.warnings) - MOST_WARNINGS} more: copy the report to read them")
+    header, body = layout.panel("DETP_details", default_closed=True)
+    header.label(text="Details")
+    if body:
+        for title, items in (("Modelled", report.modelled), ("Left out", report.left_out)):
+            if items:
+                _sentence(body, f"{title}: {', '.join(items)}.", width)
+        _sentence(body, report.gatherer_reason, width)
+        body.operator("detp.copy_report", icon="COPYDOWN")
+
+
+def _sentence(layout: bpy.types.UILayout, text: str, width: int, icon: str = "BLANK1") -> None:
+    """Labels do not wrap, so each line of the text gets one."""
+    column = layout.column(align=True)
+    column.scale_y = 0.8
+    for number, line in enumerate(textwrap.wrap(text, width) or [""]):
+        column.label(text=line, icon=icon if number == 0 else "BLANK1")
+
+
+def _line_length(context) -> int:
+    """Characters that fit a line of the sidebar beside an icon."""
+    scale = context.preferences.system.ui_scale
+    return max(20, int((context.region.width / scale - 70) / 6.2))
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 60:
+        return f"{seconds:.1f} s" if seconds < 10 else f"{seconds:.0f} s"
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes} min {rest} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
+
+
+CLASSES = (DETP_PT_bake, DETP_PT_advanced, DETP_PT_result)

@@ -1,0 +1,216 @@
+"""The settings a user sees: on the scene for the panel, and as arguments of the bake operator."""
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+
+from ..core.settings import QUALITIES, BakeSettings
+from .job import BakeRequest
+
+RADIUS_TIP = (
+    "Radius of the disc around each point that collects light: small is sharp and noisy, large smooth and blurred"
+)
+PHOTONS_TIP = "How many photons the lights send out; four times as many halve the noise"
+
+
+def _quality(identifier: str, name: str, use: str) -> tuple[str, str, str]:
+    photons, error = QUALITIES[identifier.lower()]
+    return identifier, name, f"{use}: {photons / 1e6:.2g} million photons, aiming at an error of {error:.0%}"
+
+
+# No "from __future__ import annotations" here: Blender reads the properties from the annotations' values.
+class BakeOptions:
+    """What the scene's settings and the operator's arguments have in common; BakeRequest checks the values.
+
+    SKIP_SAVE keeps Blender from handing the last call's arguments to the next one in place of the panel's settings;
+    the scene's settings are saved with the file all the same.
+    """
+
+    quality: EnumProperty(
+        name="Quality",
+        description="How much time to spend: more photons give less noise and finer detail",
+        items=[
+            _quality("DRAFT", "Draft", "A quick look"),
+            _quality("PREVIEW", "Preview", "Good enough to judge the light"),
+            _quality("FINAL", "Final", "The light to keep"),
+        ],
+        default="PREVIEW",
+        options={"SKIP_SAVE"},
+    )
+    targets: EnumProperty(
+        name="Bake",
+        description="Which meshes get the colours; the whole scene casts and reflects light either way",
+        items=[
+            ("VISIBLE", "Visible", "Every mesh object that a render of this view layer shows"),
+            ("SELECTED", "Selected", "The selected mesh objects alone"),
+        ],
+        default="VISIBLE",
+        options={"SKIP_SAVE"},
+    )
+    gatherer: EnumProperty(
+        name="Gatherer",
+        description="How to search for the photon paths near each point; all find the same light, at different speed",
+        items=[
+            ("AUTO", "Automatic", "The one that fits the scene and the radius"),
+            (
+                "DISC_INDEX",
+                "Disc Indexing",
+                "Follow each photon path through an index of the points; best for small discs",
+            ),
+            (
+                "SPHERE_CACHE",
+                "Sphere Cache",
+                "Follow the points with nested lists of photon paths; best for large discs",
+            ),
+            ("BRUTE_FORCE", "Brute Force", "Test every point against every photon path; slow, to check the others"),
+        ],
+        default="AUTO",
+        options={"SKIP_SAVE"},
+    )
+    radius: FloatProperty(
+        name="Radius",
+        description=RADIUS_TIP,
+        unit="LENGTH",
+        min=0.0,
+        soft_min=0.001,
+        soft_max=10.0,
+        default=0.0,
+        precision=3,
+        options={"SKIP_SAVE"},
+    )
+    attribute: StringProperty(
+        name="Attribute",
+        description="Name of the colour attribute that receives the light. It is made where missing; "
+        "other attributes stay as they are",
+        default="irradiance",
+        options={"SKIP_SAVE"},
+    )
+    domain: EnumProperty(
+        name="Domain",
+        description="Where on the mesh the colours are stored",
+        items=[
+            ("CORNER", "Face Corner", "Each face has its own light at its corners, so that edges stay sharp"),
+            ("POINT", "Vertex", "One colour for each vertex: smaller, and smooth over edges"),
+        ],
+        default="CORNER",
+        options={"SKIP_SAVE"},
+    )
+    quantity: EnumProperty(
+        name="Quantity",
+        description="What the colours mean",
+        items=[
+            ("LIGHTING", "Lighting", "Light on a white surface (E/π), to multiply with textures"),
+            ("IRRADIANCE", "Irradiance", "Physical irradiance E in W/m²"),
+            ("SHADED", "Shaded", "Light times surface colour, plus emission: the colour that the surface shows"),
+        ],
+        default="LIGHTING",
+        options={"SKIP_SAVE"},
+    )
+    photons: IntProperty(
+        name="Photons",
+        description=PHOTONS_TIP,
+        min=0,
+        soft_min=1000,
+        default=0,
+        options={"SKIP_SAVE"},
+    )
+    bounces: IntProperty(
+        name="Bounces",
+        description="Most reflections of one photon: surfaces absorb photons anyway, so a high limit costs little. "
+        "0 bakes direct light alone",
+        min=0,
+        soft_max=128,
+        default=BakeSettings.bounces,
+        options={"SKIP_SAVE"},
+    )
+    seed: IntProperty(
+        name="Seed",
+        description="Start of the random numbers: the same seed gives the same light, another seed another noise",
+        min=0,
+        default=BakeSettings.seed,
+        options={"SKIP_SAVE"},
+    )
+    activate: BoolProperty(
+        name="Set Active",
+        description="Make the attribute the one that the viewport and renders show",
+        default=True,
+        options={"SKIP_SAVE"},
+    )
+
+
+class DETP_PG_settings(BakeOptions, bpy.types.PropertyGroup):
+    """The panel's settings, saved with the scene. The operator knows a radius or photons of 0 instead of switches."""
+
+    auto_radius: BoolProperty(
+        name="Automatic",
+        description="Choose the smallest radius that reaches the quality's error in this scene",
+        default=True,
+    )
+    radius: FloatProperty(
+        name="Radius",
+        description=RADIUS_TIP,
+        unit="LENGTH",
+        min=1e-6,
+        soft_min=0.001,
+        soft_max=10.0,
+        default=0.1,
+        precision=3,
+    )
+    auto_photons: BoolProperty(
+        name="From Quality",
+        description="Send out as many photons as the quality says",
+        default=True,
+    )
+    photons: IntProperty(
+        name="Photons",
+        description=PHOTONS_TIP,
+        min=1,
+        soft_min=1000,
+        default=QUALITIES["preview"][0],
+    )
+
+
+def option_names() -> tuple[str, ...]:
+    """The names of the settings that the operator's arguments can override."""
+    return tuple(BakeOptions.__annotations__)
+
+
+def scene_options(settings: DETP_PG_settings) -> dict:
+    """The scene's settings as arguments of the operator."""
+    options = {name: getattr(settings, name) for name in option_names()}
+    if settings.auto_radius:
+        options["radius"] = 0.0
+    if settings.auto_photons:
+        options["photons"] = 0
+    return options
+
+
+def bake_request(options: dict) -> BakeRequest:
+    """The BakeRequest that the operator's arguments mean. Raises InvalidSettingError."""
+    settings = BakeSettings(
+        quality=options["quality"].lower(),
+        photons=options["photons"] or None,
+        radius=options["radius"] or None,
+        bounces=options["bounces"],
+        seed=options["seed"],
+        gatherer=options["gatherer"].lower().replace("_", "-"),
+    )
+    return BakeRequest(
+        settings=settings,
+        targets=options["targets"].lower(),
+        attribute=options["attribute"],
+        domain=options["domain"],
+        quantity=options["quantity"].lower(),
+        activate=options["activate"],
+    )
+
+
+def register_properties() -> None:
+    """Give every scene its settings as ``scene.detp``."""
+    bpy.utils.register_class(DETP_PG_settings)
+    bpy.types.Scene.detp = PointerProperty(type=DETP_PG_settings)
+
+
+def unregister_properties() -> None:
+    """Take ``scene.detp`` away; the values stay in the file."""
+    del bpy.types.Scene.detp
+    bpy.utils.unregister_class(DETP_PG_settings)

@@ -1,0 +1,154 @@
+"""Bakes scene files one after another; a scene that fails does not stop the others."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import traceback
+from collections.abc import Generator, Iterator
+from contextlib import closing, contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import bpy
+
+from ..core.errors import DetpError
+from .blender_output import blender_silenced
+from .files import check_readable, check_writable, is_compressed, open_blend, replace_file, save_blend
+from .job import BakeRequest, bake_scene
+from .preview import render_preview
+from .progress import ProgressDisplay
+from .report import BakeReport, to_json
+
+
+@dataclass(frozen=True)
+class SceneJob:
+    """One scene file to bake, where the result goes, and the picture of it if one is wanted."""
+
+    scene: Path
+    output: Path
+    preview: Path | None = None
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Scenes to bake alike, and where the report of all goes if one is wanted."""
+
+    jobs: tuple[SceneJob, ...]
+    request: BakeRequest
+    report: Path | None = None
+    quiet: bool = False
+
+
+def bake_batch(batch: Batch) -> int:
+    """Bake every scene of ``batch``, print what was done, and return how many scenes failed.
+
+    Raises UnwritableFileError before any work when the report cannot be written, and KeyboardInterrupt on Ctrl-C:
+    the scene that was being baked is then left as it was.
+    """
+    if batch.report is not None:
+        check_writable(batch.report)
+    display = ProgressDisplay(sys.stdout, batch.quiet)
+    entries, failures = [], {}
+    try:
+        with _interruptible() as check_interrupt:
+            for job in batch.jobs:
+                entry = {"scene": str(job.scene), "output": None}
+                try:
+                    entry = _bake_file(job, batch.request, display, check_interrupt)
+                    if job.preview is not None:
+                        _draw(job, batch.request, display)
+                except DetpError as error:
+                    failures[job.scene] = str(error)
+                except Exception:  # a fault of ours on one scene must not cost the user the other scenes
+                    traceback.print_exc()
+                    failures[job.scene] = "The program failed here, by its own fault: please report the lines above."
+                if job.scene in failures:
+                    entry["error"] = failures[job.scene]
+                    display.end()
+                    print(f"{job.scene}: {failures[job.scene]}", file=sys.stderr, flush=True)
+                entries.append(entry)
+    finally:
+        display.end()
+        if batch.report is not None and entries:
+            replace_file(batch.report, lambda made: made.write_text(to_json(entries), encoding="utf-8"))
+    _summarise(len(batch.jobs), failures)
+    return len(failures)
+
+
+def _summarise(count: int, failures: dict[Path, str]) -> None:
+    """After several scenes, say once more which failed, where it cannot be missed."""
+    if count < 2 or not failures:
+        return
+    print(f"{len(failures)} of {count} scenes failed:", file=sys.stderr)
+    for scene, reason in failures.items():
+        print(f"  {scene}: {reason}", file=sys.stderr, flush=True)
+
+
+def _bake_file(job: SceneJob, request: BakeRequest, display: ProgressDisplay, check_interrupt) -> dict:
+    """Bake and save one scene, say so, and return its entry in the report."""
+    for path in (job.output, job.preview):
+        if path is not None:
+            check_writable(path)
+    check_readable(job.scene)
+    compressed = is_compressed(job.scene)
+    with blender_silenced():
+        opening = open_blend(job.scene)
+    report = _finished(bake_scene(bpy.context.scene, bpy.context.view_layer, request), job, display, check_interrupt)
+    with blender_silenced():
+        save_blend(job.output, compressed)
+    report = replace(report, scene=str(job.scene), output=str(job.output), warnings=(*opening, *report.warnings))
+    display.end()
+    for line in (f"{job.scene}: {report.headline()}", *report.details(), f"Saved {job.output}"):
+        display.line(line)
+    return report.as_json()
+
+
+def _finished(steps: Generator, job: SceneJob, display: ProgressDisplay, check_interrupt) -> BakeReport:
+    """Take all the steps of a bake and return what it returns."""
+    with closing(steps):
+        while True:
+            try:
+                with blender_silenced():
+                    progress = next(steps)
+            except StopIteration as stop:
+                check_interrupt()
+                return stop.value
+            check_interrupt()
+            display.show(job.scene.stem, progress)
+
+
+def _draw(job: SceneJob, request: BakeRequest, display: ProgressDisplay) -> None:
+    """Draw the preview of the scene just baked, and say how bright."""
+    exposures = []
+    with blender_silenced():
+        scene, layer = bpy.context.scene, bpy.context.view_layer
+        replace_file(job.preview, lambda made: exposures.append(render_preview(scene, layer, request.attribute, made)))
+    display.line(f"Drew {job.preview}, exposed by {exposures[0]:+.1f} stops")
+
+
+@contextmanager
+def _interruptible() -> Iterator:
+    """Make Ctrl-C raise KeyboardInterrupt here, and yield a function that raises it when Blender swallowed it.
+
+    Blender in background mode has a handler of its own, and prints exceptions inside render engines and goes on.
+    """
+    interrupted = []
+
+    def interrupt(signum, frame):
+        interrupted.append(signum)
+        raise KeyboardInterrupt
+
+    def check() -> None:
+        if interrupted:
+            raise KeyboardInterrupt
+
+    try:
+        before = signal.signal(signal.SIGINT, interrupt)
+    except ValueError:  # not in the main thread, where no signal arrives anyway
+        yield check
+        return
+    try:
+        yield check
+    finally:
+        signal.signal(signal.SIGINT, before)

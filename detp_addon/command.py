@@ -1,0 +1,147 @@
+"""The ``detp`` command: reads its arguments and starts the work; Blender is loaded only when they are right.
+
+The program that pip installs and ``blender --command detp`` are this one.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import sys
+from contextlib import suppress
+from pathlib import Path
+from typing import NoReturn
+
+from ..core.errors import DetpError, InvalidSettingError
+from ..core.settings import GATHERERS, QUALITIES, BakeSettings
+
+DONE, FAILED, USAGE, CANCELLED = 0, 1, 2, 130
+
+_EPILOG = "Exit status: 0 done, 1 at least one scene failed (the others are baked), 2 wrong usage, 130 cancelled."
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the command with ``argv`` (the process's own arguments when None) and return its exit status."""
+    parser = _parser()
+    try:
+        arguments = parser.parse_args(argv)
+        return arguments.run(arguments)
+    except SystemExit as exit_request:  # argparse's way of saying --help or wrong usage
+        return exit_request.code
+    except InvalidSettingError as error:
+        print(f"detp: {error}", file=sys.stderr)
+        return USAGE
+    except DetpError as error:
+        print(f"detp: {error}", file=sys.stderr)
+        return FAILED
+    except KeyboardInterrupt:
+        print("\ndetp: cancelled", file=sys.stderr)
+        return CANCELLED
+
+
+def console() -> NoReturn:
+    """Run the command as a program of its own, and end the process."""
+    status = main()
+    with suppress(BrokenPipeError):
+        sys.stdout.flush()
+        sys.stderr.flush()
+    if "bpy" in sys.modules:
+        # Blender as a module may hang, crash or print notes on its memory at exit, after all is done.
+        shutil.rmtree(sys.modules["bpy"].app.tempdir, ignore_errors=True)
+        os._exit(status)
+    sys.exit(status)
+
+
+def register_command():
+    """Make ``blender --command detp`` run this program; returns the handle to unregister it with."""
+    import bpy
+
+    return bpy.utils.register_cli_command("detp", main)
+
+
+def unregister_command(handle) -> None:
+    """Take back what :func:`register_command` did."""
+    import bpy
+
+    bpy.utils.unregister_cli_command(handle)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="detp", description="Bake global illumination into vertex colours of Blender scenes.", epilog=_EPILOG
+    )
+    commands = parser.add_subparsers(metavar="COMMAND", required=True)
+    _add_bake(commands)
+    return parser
+
+
+def _add_bake(commands) -> None:
+    bake = commands.add_parser(
+        "bake", help="bake scenes and save them", description="Bake each scene's light into its vertex colours.",
+        epilog=_EPILOG,
+    )  # fmt: skip
+    defaults = BakeSettings()
+    bake.set_defaults(run=_bake)
+    bake.add_argument("scenes", nargs="+", metavar="SCENE.blend", help="scenes to bake, first in the line")
+    bake.add_argument(
+        "-o", dest="output", metavar="FILE.blend|FOLDER",
+        help="where the baked scene goes, for several scenes a folder (default: <scene>_baked.blend beside each)",
+    )  # fmt: skip
+    bake.add_argument(
+        "--objects", nargs="+", action="extend", metavar="NAME", help="mesh objects to bake (default: all visible)"
+    )
+    bake.add_argument(
+        "--attribute", default="irradiance", metavar="NAME", help="colour attribute (default: irradiance)"
+    )
+    bake.add_argument(
+        "--domain", choices=("corner", "point"), default="corner",
+        help="corner: every face its own light; point: one colour per vertex (default: corner)",
+    )  # fmt: skip
+    bake.add_argument(
+        "--quantity", choices=("lighting", "irradiance", "shaded"), default="lighting",
+        help="lighting: E/pi, white = 1; irradiance: E in W/m2; shaded: albedo E/pi + emission (default: lighting)",
+    )  # fmt: skip
+    bake.add_argument("--quality", choices=tuple(QUALITIES), default=defaults.quality, help="(default: %(default)s)")
+    bake.add_argument("--photons", type=int, metavar="N", help="particles to emit (default: from the quality)")
+    bake.add_argument("--radius", type=float, metavar="METRES", help="of the tangent discs (default: automatic)")
+    bake.add_argument(
+        "--bounces", type=int, default=defaults.bounces, metavar="N", help="at most (default: %(default)s)"
+    )
+    bake.add_argument("--seed", type=int, default=defaults.seed, metavar="N", help="of the random numbers (default: 0)")
+    bake.add_argument("--gatherer", choices=GATHERERS, default=defaults.gatherer, help="(default: %(default)s)")
+    bake.add_argument("--report", metavar="FILE.json", help="say there what was done, one entry per scene")
+    bake.add_argument(
+        "--preview", metavar="FILE.png", help="draw the baked colours there; several scenes: FILE_<scene>.png each"
+    )
+    bake.add_argument("--quiet", action="store_true", help="print errors only")
+
+
+def _bake(arguments: argparse.Namespace) -> int:
+    from .files import plan_outputs, plan_side_files
+
+    settings = BakeSettings(
+        quality=arguments.quality,
+        photons=arguments.photons,
+        radius=arguments.radius,
+        bounces=arguments.bounces,
+        seed=arguments.seed,
+        gatherer=arguments.gatherer,
+    )
+    scenes = [Path(scene) for scene in arguments.scenes]
+    outputs = plan_outputs(scenes, arguments.output)
+    previews, report = plan_side_files(scenes, arguments.preview, arguments.report)
+
+    # Everything that can be wrong without Blender has been checked, and Blender takes a second to load.
+    from .batch import Batch, SceneJob, bake_batch
+    from .job import BakeRequest
+
+    request = BakeRequest(
+        settings=settings,
+        targets=tuple(arguments.objects) if arguments.objects else "visible",
+        attribute=arguments.attribute,
+        domain=arguments.domain.upper(),
+        quantity=arguments.quantity,
+    )
+    jobs = tuple(SceneJob(*paths) for paths in zip(scenes, outputs, previews, strict=True))
+    return FAILED if bake_batch(Batch(jobs, request, report, arguments.quiet)) else DONE

@@ -1,0 +1,200 @@
+"""One bake of one Blender scene, step by step: read it, bake it, write the colours at the very end.
+
+The command line and the panel's operator drive the same generator.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Generator
+from dataclasses import dataclass, field, replace
+
+import bpy
+import numpy as np
+
+from ..core.bake import BakeResult, bake
+from ..core.errors import InvalidSettingError, UnwritableFileError
+from ..core.settings import BakeSettings
+from .chosen_objects import chosen_objects
+from .element_values import QUANTITIES, quantity_values, spread
+from .read_scene import BakeTarget, ExportedScene, read_scene
+from .report import BakeReport, counted
+from .write_attributes import MeshColours, check_attribute_name, element_count, faces_of, obstacle, write_colours
+
+#: where the colours live: each face's own light, or one colour per vertex
+DOMAINS = ("CORNER", "POINT")
+
+#: share of the emitted flux that the bounce limit may cut without a warning
+HARMLESS_CUT = 0.01
+
+
+@dataclass(frozen=True)
+class BakeRequest:
+    """What to bake, how, and where to put it.
+
+    targets    "visible" (all meshes that a render shows), "selected", or the objects' names
+    attribute  name of the colour attribute
+    domain     one of DOMAINS
+    quantity   one of element_values.QUANTITIES
+    activate   make the attribute the one that viewport and render show
+
+    Raises InvalidSettingError on anything else.
+    """
+
+    settings: BakeSettings = field(default_factory=BakeSettings)
+    targets: str | tuple[str, ...] = "visible"
+    attribute: str = "irradiance"
+    domain: str = "CORNER"
+    quantity: str = "lighting"
+    activate: bool = True
+
+    def __post_init__(self):
+        check_attribute_name(self.attribute)
+        if isinstance(self.targets, str) and self.targets not in ("visible", "selected"):
+            raise InvalidSettingError(f"Unknown choice '{self.targets}': bake what is visible, selected or named.")
+        if self.domain not in DOMAINS:
+            raise InvalidSettingError(f"Unknown domain '{self.domain}': choose {', '.join(DOMAINS)}.")
+        if self.quantity not in QUANTITIES:
+            raise InvalidSettingError(f"Unknown quantity '{self.quantity}': choose {', '.join(QUANTITIES)}.")
+
+
+@dataclass(frozen=True)
+class JobProgress:
+    """Where a job stands: what it is doing, the share done (0..1), and the seconds it still needs, if known."""
+
+    phase: str
+    fraction: float
+    remaining: float | None = None
+
+
+def bake_scene(
+    scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, request: BakeRequest
+) -> Generator[JobProgress, None, BakeReport]:
+    """Bake ``scene`` as ``request`` says; yields a JobProgress often and returns the BakeReport.
+
+    Nothing of the user's is touched before the last step, so closing the generator leaves everything as it was; if
+    that step fails, what it wrote is taken back. An object that cannot be written becomes a warning; when none can,
+    its error is raised. Raises DetpError.
+    """
+    start = time.perf_counter()
+    scene_name = scene.name
+    yield JobProgress("Reading the scene", 0.0)
+    export = read_scene(scene, view_layer, chosen_objects(scene, view_layer, request.targets), request.domain)
+    targets, refusals = _writable(export.targets, request)
+    targets, rows = _points_of(targets, len(export.centres))
+    exported = time.perf_counter()
+
+    result = yield from _baked(export, rows, request)
+
+    yield JobProgress("Writing the colours", 1.0)
+    writing = time.perf_counter()
+    colours, gone = _colours(targets, result.estimate.irradiance, request)
+    notes = write_colours(colours, request.attribute, request.domain, request.activate)
+    end = time.perf_counter()
+    return BakeReport(
+        scene=scene_name,
+        objects=len(colours),
+        points=len(rows),
+        filled=sum(int((target.point_rows < 0).sum()) for target in targets),
+        triangles=len(export.scene.triangles),
+        lights=export.lights,
+        photons=result.photons,
+        segments=result.segments,
+        radius=result.radius,
+        gatherer=result.gatherer,
+        gatherer_reason=result.reason,
+        seconds={
+            "export": exported - start,
+            "trace": result.seconds["radius"] + result.seconds["trace"],
+            "gather": result.seconds["gather"],
+            "write": end - writing,
+            "total": end - start,
+        },
+        relative_error=result.estimate.relative_error,
+        modelled=tuple(export.modelled),
+        left_out=tuple(export.left_out),
+        warnings=(*export.warnings, *refusals, *gone, *notes, *_doubts(result)),
+    )
+
+
+def _writable(targets: tuple[BakeTarget, ...], request: BakeRequest) -> tuple[list[BakeTarget], list[str]]:
+    """The targets that can be written, and a sentence for each that cannot; raises it when none can."""
+    writable, refusals = [], []
+    for target in targets:
+        refusal = obstacle(_object(target), request.attribute, request.domain)
+        if refusal is None:
+            writable.append(target)
+        else:
+            refusals.append(refusal)
+    if refusals and not writable:
+        more = f" ({len(refusals) - 1} more objects cannot be written either.)" if len(refusals) > 1 else ""
+        raise type(refusals[0])(f"{refusals[0]}{more}")
+    return writable, [str(refusal) for refusal in refusals]
+
+
+def _points_of(targets: list[BakeTarget], count: int) -> tuple[list[BakeTarget], np.ndarray]:
+    """The rows of the estimation points that ``targets`` use, and the targets with rows counted among those."""
+    used = np.zeros(count + 1, bool)
+    for target in targets:
+        used[target.point_rows] = True
+    used[-1] = False
+    renumbered = np.where(used, np.cumsum(used) - 1, -1)
+    moved = [replace(target, point_rows=renumbered[target.point_rows]) for target in targets]
+    return moved, np.flatnonzero(used)
+
+
+def _baked(export: ExportedScene, rows: np.ndarray, request: BakeRequest) -> Generator[JobProgress, None, BakeResult]:
+    start = time.perf_counter()
+    steps = bake(export.scene, export.centres[rows], export.normals[rows], request.settings)
+    while True:
+        try:
+            step = next(steps)
+        except StopIteration as stop:
+            return stop.value
+        passed = time.perf_counter() - start
+        remaining = passed * (1 - step.fraction) / step.fraction if step.fraction > 0.01 else None
+        yield JobProgress(step.phase, step.fraction, remaining)
+
+
+def _colours(
+    targets: list[BakeTarget], irradiance: np.ndarray, request: BakeRequest
+) -> tuple[list[MeshColours], list[str]]:
+    """The colours of each target's elements, and a warning for each target that changed during the bake."""
+    colours, gone = [], []
+    for target in targets:
+        obj = _object(target)
+        if obj is None or obj.type != "MESH" or element_count(obj.data, request.domain) != len(target.point_rows):
+            gone.append(f"'{target.object_name}' was changed during the bake, so its colours were not written.")
+            continue
+        refusal = obstacle(obj, request.attribute, request.domain)
+        if refusal is not None:
+            gone.append(str(refusal))
+            continue
+        values = spread(irradiance, target.point_rows, faces_of(obj.data, request.domain))
+        colours.append(MeshColours(obj, quantity_values(request.quantity, values, target.albedo, target.emission)))
+    if not colours:
+        raise UnwritableFileError("Every object was changed during the bake, so no colours were written: bake again.")
+    return colours, gone
+
+
+def _object(target: BakeTarget) -> bpy.types.Object | None:
+    """The target's object, looked up by name each time: references do not survive an undo during the bake."""
+    return bpy.data.objects.get((target.object_name, None)) or bpy.data.objects.get(target.object_name)
+
+
+def _doubts(result: BakeResult) -> list[str]:
+    """What in the result itself the user should know."""
+    doubts = []
+    if not result.estimate.total.any():
+        doubts.append(
+            f"None of {counted(result.photons, 'photon')} met a baked surface from its front: look for lights inside "
+            f"solid geometry or normals that point away from the light, or use more photons or a larger radius."
+        )
+    emitted = np.abs(result.emitted_flux).sum()
+    cut = np.abs(result.cut_flux).sum()
+    if cut > HARMLESS_CUT * emitted:
+        doubts.append(
+            f"The limit on bounces cut off light worth {cut / emitted:.1%} of what the lights emit: "
+            f"allow more bounces, or use darker materials where the albedo is close to 1."
+        )
+    return doubts

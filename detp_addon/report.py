@@ -1,0 +1,85 @@
+"""What a bake did: as JSON for programs and as a few lines for people."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict, dataclass, field
+
+#: words for the phases' seconds, in the order of the report
+STAGES = ("export", "trace", "gather", "write")
+
+
+@dataclass(frozen=True)
+class BakeReport:
+    """What one bake did.
+
+    scene           the scene's file, or its name in Blender
+    objects         written; ``points`` estimated for them, from ``triangles`` and ``lights``
+    filled          elements that no estimation point could serve, filled from their neighbours
+    photons, segments   traced
+    radius          of the tangent discs, metres
+    gatherer        that found the crossings, and ``gatherer_reason`` for its choice
+    seconds         of each of STAGES, and their total
+    relative_error  estimated: median over the lit points of standard error over irradiance; NaN when all are dark
+    modelled        features of the scene that were found and needed; ``left_out`` those that were not honoured
+    warnings        one sentence each
+    output          the file written, or None inside Blender
+    """
+
+    scene: str
+    objects: int
+    points: int
+    filled: int
+    triangles: int
+    lights: int
+    photons: int
+    segments: int
+    radius: float
+    gatherer: str
+    gatherer_reason: str
+    seconds: dict[str, float]
+    relative_error: float
+    modelled: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    output: str | None = field(default=None)
+
+    def as_json(self) -> dict:
+        """The report as values that JSON knows; a relative error that does not exist becomes null."""
+        entry = asdict(self)
+        order = ("scene", "output", *(name for name in entry if name not in ("scene", "output")))
+        if not math.isfinite(self.relative_error):
+            entry["relative_error"] = None
+        return {name: entry[name] for name in order}
+
+    def headline(self) -> str:
+        """One line for people: what was baked, in what time, how well."""
+        error = f"{self.relative_error:.1%}".replace("%", " %") if math.isfinite(self.relative_error) else "unknown"
+        return (
+            f"Baked {counted(self.objects, 'object')}, {counted(self.points, 'point')} with "
+            f"{counted(self.photons, 'photon')} in {self.seconds['total']:.1f} s; estimated error {error} "
+            f"(radius {self.radius:.3g} m, {self.gatherer})."
+        )
+
+    def details(self) -> list[str]:
+        """Lines for people after the headline: what was modelled, what was left out, what to look at."""
+        lines = []
+        if self.modelled:
+            lines.append("Modelled: " + ", ".join(self.modelled) + ".")
+        if self.left_out:
+            lines.append("Left out: " + ", ".join(self.left_out) + ".")
+        if self.filled:
+            lines.append(f"Filled from neighbours: {counted(self.filled, 'element')}.")
+        return lines + [f"Warning: {warning}" for warning in self.warnings]
+
+
+def to_json(entries: list[dict]) -> str:
+    """The report file's text: a list with one entry per scene; a scene that failed has an ``error``."""
+    return json.dumps(entries, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def counted(number: int, thing: str) -> str:
+    """A number with its unit for people: ``1 object``, ``45 210 points``, ``2.10 M photons``."""
+    text = f"{number / 1e6:.3g} M" if number >= 1_000_000 else f"{number:,}".replace(",", " ")
+    return f"{text} {thing}" + ("" if number == 1 else "s")

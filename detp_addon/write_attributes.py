@@ -1,0 +1,167 @@
+"""Writes colours into FLOAT_COLOR attributes: all the objects it is given, or, when it fails, none of them."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from ..core.errors import AttributeNameTakenError, DetpError, EditModeError, InvalidSettingError, UnwritableFileError
+from .element_values import Faces
+
+#: names longer than this do not fit an attribute of Blender 4.2 to 4.5
+LONGEST_NAME = 63
+
+
+@dataclass(frozen=True)
+class MeshColours:
+    """What to write on one mesh object: ``rgb`` (M, 3), one row per element of the domain."""
+
+    object: bpy.types.Object
+    rgb: np.ndarray
+
+
+def check_attribute_name(name: str) -> None:
+    """Raise InvalidSettingError when Blender could not keep ``name`` as it is."""
+    if not name.strip():
+        raise InvalidSettingError("The attribute needs a name.")
+    if name.startswith("."):
+        raise InvalidSettingError(f"The attribute name '{name}' starts with a dot, which Blender keeps for itself.")
+    if len(name.encode()) > LONGEST_NAME:
+        raise InvalidSettingError(f"The attribute name '{name}' is longer than {LONGEST_NAME} bytes.")
+
+
+def obstacle(obj: bpy.types.Object, attribute: str, domain: str) -> DetpError | None:
+    """Why the ``attribute`` of this mesh object cannot be written, or None when it can."""
+    mesh = obj.data
+    if obj.library or mesh.library or mesh.override_library:
+        source = (obj.library or mesh.library or mesh.override_library.reference.library).filepath
+        return UnwritableFileError(
+            f"'{obj.name}' is linked from the library '{source}', so its colours cannot be written here: "
+            f"make it local, or bake it in its own file."
+        )
+    if mesh.is_editmode:
+        return EditModeError(f"'{obj.name}' is open in Edit Mode: leave Edit Mode and bake again.")
+    taken = mesh.attributes.get(attribute)
+    if taken is not None and (taken.data_type, taken.domain) != ("FLOAT_COLOR", domain):
+        return AttributeNameTakenError(
+            f"'{obj.name}' already has an attribute named '{attribute}' of the type {taken.data_type} on "
+            f"{taken.domain}, and {domain} colours cannot replace it: choose another attribute name."
+        )
+    if taken is None and attribute in obj.vertex_groups:
+        return AttributeNameTakenError(
+            f"'{obj.name}' has a vertex group named '{attribute}', and an attribute cannot have the same name: "
+            f"choose another attribute name."
+        )
+    return None
+
+
+def element_count(mesh: bpy.types.Mesh, domain: str) -> int:
+    """How many elements of the domain (CORNER or POINT) the mesh has."""
+    return len(mesh.loops) if domain == "CORNER" else len(mesh.vertices)
+
+
+def faces_of(mesh: bpy.types.Mesh, domain: str) -> Faces:
+    """The faces of a mesh outside Edit Mode, with the elements of the domain at their corners."""
+    sizes = np.empty(len(mesh.polygons), np.int32)
+    mesh.polygons.foreach_get("loop_total", sizes)
+    corners = np.arange(len(mesh.loops), dtype=np.int32)
+    if domain == "POINT":
+        mesh.loops.foreach_get("vertex_index", corners)
+    return Faces(np.repeat(np.arange(len(sizes)), sizes), corners)
+
+
+def write_colours(colours: list[MeshColours], attribute: str, domain: str, activate: bool = True) -> list[str]:
+    """Write every entry's ``rgb`` to its object's ``attribute`` and return notes for the user.
+
+    The attribute is made when missing; an existing one of the same type and domain is overwritten but keeps its
+    alpha. With ``activate`` it becomes the colour that the viewport and render show; other layers stay as they are.
+    An object whose mesh has other users gets a copy of its own, so that each holds its own light; the mesh stays
+    with the first of them when all are written. Objects with an :func:`obstacle` must not be passed.
+
+    Raises AttributeNameTakenError or whatever Blender raises; everything written before is then taken back.
+    """
+    with ExitStack() as undo:
+        copied = _separate_meshes([entry.object for entry in colours], undo)
+        for entry in colours:
+            _write(entry.object, np.asarray(entry.rgb, np.float32), attribute, domain, activate, undo)
+        undo.pop_all()
+    if not copied:
+        return []
+    shown = ", ".join(f"'{name}'" for name in copied[:3]) + (", ..." if len(copied) > 3 else "")
+    were = "object shared its mesh with others and was" if len(copied) == 1 else "objects shared a mesh and were"
+    own = "a copy of its own" if len(copied) == 1 else "copies of their own"
+    return [f"{len(copied)} {were} given {own}, to hold the light of its own place: {shown}."]
+
+
+def _separate_meshes(objects: list[bpy.types.Object], undo: ExitStack) -> list[str]:
+    """Give every object a mesh of its own, and return the names of those that needed a copy."""
+    users = {}
+    for obj in bpy.data.objects:
+        if obj.type == "MESH" and obj.data is not None:
+            users.setdefault(obj.data, []).append(obj)
+    written = set(objects)
+    kept = {mesh for mesh, sharing in users.items() if not written.issuperset(sharing)}
+    copied = []
+    for obj in objects:
+        mesh = obj.data
+        if len(users[mesh]) == 1:
+            continue
+        if mesh not in kept:
+            kept.add(mesh)
+            continue
+        copy = mesh.copy()
+        copy.name = f"{mesh.name}.{obj.name}"
+        undo.callback(_put_back, obj, mesh, copy)
+        obj.data = copy
+        copied.append(obj.name)
+    return copied
+
+
+def _put_back(obj: bpy.types.Object, mesh: bpy.types.Mesh, copy: bpy.types.Mesh) -> None:
+    obj.data = mesh
+    bpy.data.meshes.remove(copy)
+
+
+def _write(
+    obj: bpy.types.Object, rgb: np.ndarray, attribute: str, domain: str, activate: bool, undo: ExitStack
+) -> None:
+    mesh = obj.data
+    layers = mesh.attributes
+    shown = (layers.active_color_name, layers.default_color_name)
+    undo.callback(_show, mesh, *shown)
+    layer = layers.get(attribute)
+    rgba = np.ones((len(rgb), 4), np.float32)
+    if layer is None:
+        layer = layers.new(attribute, "FLOAT_COLOR", domain)
+        name = layer.name if layer else None
+        if name is not None:
+            undo.callback(_remove_layer, mesh, name)
+        if name != attribute:
+            raise AttributeNameTakenError(
+                f"'{obj.name}' does not accept an attribute named '{attribute}': choose another attribute name."
+            )
+    else:
+        layer.data.foreach_get("color", rgba.ravel())
+        undo.callback(_fill, mesh, attribute, rgba.copy())
+    rgba[:, :3] = rgb
+    _fill(mesh, attribute, rgba)
+    _show(mesh, *((attribute, attribute) if activate else shown))
+
+
+def _fill(mesh: bpy.types.Mesh, name: str, rgba: np.ndarray) -> None:
+    mesh.attributes[name].data.foreach_set("color", rgba.ravel())
+    mesh.update_tag()
+
+
+def _show(mesh: bpy.types.Mesh, viewport: str, render: str) -> None:
+    """Choose the colour layers that the viewport and the render show, by name: indices shift with the layers."""
+    mesh.attributes.active_color_name = viewport
+    mesh.attributes.default_color_name = render
+
+
+def _remove_layer(mesh: bpy.types.Mesh, name: str) -> None:
+    mesh.attributes.remove(mesh.attributes[name])
+    mesh.update_tag()

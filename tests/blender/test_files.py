@@ -1,0 +1,109 @@
+"""Inputs and outputs: who may overwrite what, and that a write is whole or not at all."""
+
+import os
+from pathlib import Path
+
+import pytest
+from detp.core.errors import InvalidSettingError, UnreadableFileError, UnwritableFileError
+from detp.detp_addon.files import check_readable, check_writable, plan_outputs, plan_side_files, replace_file
+
+
+def test_without_a_name_the_bake_goes_beside_its_scene():
+    assert plan_outputs([Path("x/a.blend"), Path("b.blend")], None) == [Path("x/a_baked.blend"), Path("b_baked.blend")]
+
+
+def test_a_file_takes_one_scene_and_a_folder_any_number(tmp_path):
+    a, b = tmp_path / "a.blend", tmp_path / "b.blend"
+    assert plan_outputs([a], str(tmp_path / "c.blend")) == [tmp_path / "c.blend"]
+    assert plan_outputs([a], str(a)) == [a]
+    for folder in (str(tmp_path), f"{tmp_path}/new/"):
+        assert plan_outputs([a], folder) == [Path(folder) / "a_baked.blend"]
+    assert plan_outputs([a, b], f"{tmp_path}/new") == [tmp_path / "new" / f"{name}_baked.blend" for name in "ab"]
+
+
+@pytest.mark.parametrize(
+    ("scenes", "output"),
+    [
+        (["a.blend"], "neither"),
+        (["a.blend", "b.blend"], "one.blend"),
+        (["a.blend", "a.blend"], None),
+        (["x/a.blend", "y/a.blend"], "out/"),
+        (["a.blend", "a_baked.blend"], None),
+        (["x/a.blend", "out/a_baked.blend"], "out/"),
+    ],
+)
+def test_what_would_overwrite_a_scene_or_another_bake_is_refused(scenes, output):
+    with pytest.raises(InvalidSettingError):
+        plan_outputs([Path(scene) for scene in scenes], output)
+
+
+def test_a_link_to_the_output_keeps_being_a_link(tmp_path):
+    real, link = tmp_path / "real.blend", tmp_path / "link.blend"
+    real.write_bytes(b"old")
+    link.symlink_to(real)
+    replace_file(plan_outputs([tmp_path / "a.blend"], str(link))[0], lambda made: made.write_bytes(b"new"))
+    assert link.is_symlink() and real.read_bytes() == b"new"
+
+
+def test_pictures_are_named_after_their_scenes_when_there_are_several(tmp_path):
+    a, b = Path("a.blend"), Path("b.blend")
+    assert plan_side_files([a], "p.png", "r.json") == ([Path("p.png")], Path("r.json"))
+    assert plan_side_files([a, b], "x/p.png", None) == ([Path("x/p_a.png"), Path("x/p_b.png")], None)
+    assert plan_side_files([a, b], None, None) == ([None, None], None)
+    for scenes, preview, report in (([a], "a.blend", None), ([a], None, "a.blend"), ([a, a], "p.png", None)):
+        with pytest.raises(InvalidSettingError):
+            plan_side_files(scenes, preview, report)
+
+
+def test_each_unreadable_file_has_its_own_sentence(tmp_path):
+    text, empty = tmp_path / "text.blend", tmp_path / "empty.blend"
+    text.write_text("# a text")
+    empty.touch()
+    cases = {tmp_path / "no.blend": "does not exist", tmp_path: "folder", text: "not a .blend", empty: "empty"}
+    for path, words in cases.items():
+        with pytest.raises(UnreadableFileError, match=words) as raised:
+            check_readable(path)
+        assert str(path) in str(raised.value)
+    for start in (b"BLENDER-v405", b"BLENDER17-01v0502", b"\x28\xb5\x2f\xfd...", b"\x1f\x8b\x08..."):
+        text.write_bytes(start)
+        check_readable(text)
+
+
+def test_unwritable_places_are_found_before_the_work(tmp_path, monkeypatch):
+    check_writable(tmp_path / "a.blend")
+    check_writable(tmp_path / "new" / "folder" / "a.blend")
+    assert list(tmp_path.iterdir()) == []
+    with pytest.raises(UnwritableFileError, match="folder"):
+        check_writable(tmp_path)
+    (tmp_path / "file").touch()
+    with pytest.raises(UnwritableFileError):
+        check_writable(tmp_path / "file" / "a.blend")
+    monkeypatch.setattr(os, "access", lambda path, mode: False)
+    with pytest.raises(UnwritableFileError, match="write-protected"):
+        check_writable(tmp_path / "file")
+
+
+@pytest.mark.skipif(not os.path.isdir("/proc/self"), reason="needs a folder that nobody can write to")
+def test_a_folder_without_permission_is_found_even_by_the_administrator():
+    with pytest.raises(UnwritableFileError):
+        check_writable(Path("/proc/self/a.blend"))
+
+
+def test_an_interrupted_write_leaves_the_old_file_and_nothing_else(tmp_path):
+    path = tmp_path / "a.json"
+    path.write_text("old")
+    path.chmod(0o640)
+
+    def fail(made):
+        made.write_text("half")
+        made.with_name(made.name + "@").write_text("Blender's own temporary name")
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        replace_file(path, fail)
+    assert os.listdir(tmp_path) == ["a.json"] and path.read_text() == "old"
+    with pytest.raises(UnwritableFileError):
+        replace_file(path, lambda made: None)
+    replace_file(path, lambda made: made.write_text("new"))
+    assert os.listdir(tmp_path) == ["a.json"] and path.read_text() == "new"
+    assert path.stat().st_mode & 0o777 == 0o640

@@ -1,0 +1,117 @@
+"""The preview shows the baked colours at the exposure it states, and leaves no trace in the scene."""
+
+import math
+
+import bpy
+import numpy as np
+import pytest
+from detp.detp_addon import preview
+from detp.detp_addon.preview import EXPOSED_TO, NEUTRAL, exposure_gain, render_preview
+from detp.detp_addon.write_attributes import MeshColours, write_colours
+from PIL import Image
+
+
+@pytest.fixture(autouse=True)
+def _small_picture_of_an_empty_file(monkeypatch):
+    monkeypatch.setattr(preview, "WIDTH", 320)
+    monkeypatch.setattr(preview, "HEIGHT", 180)
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+
+
+def cube(name, rgb=None, location=(0, 0, 0), size=2.0):
+    bpy.ops.mesh.primitive_cube_add(location=location, size=size)
+    obj = bpy.context.object
+    obj.name = name
+    if rgb is not None:
+        write_colours([MeshColours(obj, np.tile(np.asarray(rgb, float), (24, 1)))], "light", "CORNER")
+    bpy.context.view_layer.update()
+    return obj
+
+
+def camera_above(width=60, height=40):
+    camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
+    camera.data.type, camera.data.ortho_scale = "ORTHO", 12
+    camera.location = (0, 0, 20)
+    bpy.context.collection.objects.link(camera)
+    scene = bpy.context.scene
+    scene.camera = camera
+    scene.render.resolution_x, scene.render.resolution_y = width, height
+
+
+def drawn(path):
+    exposure = render_preview(bpy.context.scene, bpy.context.view_layer, "light", path)
+    return exposure, np.asarray(Image.open(path).convert("RGB"), float) / 255
+
+
+def srgb(linear):
+    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 1e-9) ** (1 / 2.4) - 0.055)
+
+
+def contents():
+    kinds = ("scenes", "objects", "meshes", "materials", "worlds", "cameras", "images", "node_groups")
+    return {kind: {(block.name, block.users) for block in getattr(bpy.data, kind)} for kind in kinds}
+
+
+def test_baked_colours_are_exposed_others_grey_and_darkness_black(tmp_path):
+    cube("baked", (2.0, 1.0, 0.5), (-4, 0, 0))
+    cube("black", (0.0, 0.0, 0.0), (0, 0, 0))
+    cube("plain", None, (4, 0, 0)).pass_index = 7
+    camera_above()
+    before = contents()
+    exposure, picture = drawn(tmp_path / "p.png")
+    gain = 2**exposure
+    assert gain == pytest.approx(EXPOSED_TO / (0.2126 * 2 + 0.7152 + 0.0722 * 0.5), rel=1e-5)
+    height, width = picture.shape[:2]
+    assert width / height == pytest.approx(1.5, rel=0.01) and abs(width * height / (320 * 180) - 1) < 0.02
+
+    def at(x):
+        row, column = height // 2, round(width * (x / 12 + 0.5))
+        return picture[row - 3 : row + 4, column - 3 : column + 4].mean(axis=(0, 1))
+
+    np.testing.assert_allclose(at(-4), srgb(np.minimum(gain * np.array([2.0, 1.0, 0.5]), 1)), atol=0.01)
+    np.testing.assert_allclose(at(0), 0, atol=0.01)
+    np.testing.assert_allclose(at(4), srgb(np.full(3, NEUTRAL)), atol=0.01)
+    assert contents() == before
+    assert bpy.data.objects["plain"].pass_index == 7
+    assert bpy.context.scene.view_layers[0].material_override is None
+
+
+def test_instances_show_the_colours_of_their_object(tmp_path):
+    baked = cube("baked", (1, 1, 1))
+    kept = bpy.data.collections.new("kept")
+    kept.objects.link(baked)
+    bpy.context.collection.objects.unlink(baked)
+    instance = bpy.data.objects.new("instance", None)
+    instance.instance_type, instance.instance_collection = "COLLECTION", kept
+    bpy.context.collection.objects.link(instance)
+    camera_above()
+    _, picture = drawn(tmp_path / "p.png")
+    assert picture[picture.shape[0] // 2, picture.shape[1] // 2] == pytest.approx(1.0, abs=0.01)
+
+
+def test_without_a_camera_everything_baked_is_in_the_picture(tmp_path):
+    cube("a", (1, 1, 1), (100, 50, 3))
+    cube("b", (1, 1, 1), (104, 58, 3))
+    _, picture = drawn(tmp_path / "p.png")
+    assert picture.shape[:2] == (180, 320)
+    bright = picture.mean(axis=2) > 0.5
+    assert bright.mean() > 0.02
+    edges = np.concatenate([bright[0], bright[-1], bright[:, 0], bright[:, -1]])
+    assert not edges.any()
+
+
+def test_a_closed_room_is_seen_from_inside(tmp_path):
+    cube("room", (0.3, 0.3, 0.3), size=6.0)
+    cube("thing", (1.0, 0.0, 0.0), (0, 0, -2))
+    _, picture = drawn(tmp_path / "p.png")
+    red = (picture[..., 0] > 0.8) & (picture[..., 1] < 0.1)
+    assert 0.01 < red.mean() < 0.5
+    assert (picture.mean(axis=2) > 0.2).mean() > 0.99
+
+
+def test_a_black_bake_has_no_exposure(tmp_path):
+    cube("black", (0, 0, 0))
+    camera_above()
+    assert exposure_gain(bpy.context.scene, "light") == 1
+    exposure, _ = drawn(tmp_path / "p.png")
+    assert exposure == 0 and math.isfinite(exposure)

@@ -1,0 +1,59 @@
+"""The report says the same to programs and to people."""
+
+import json
+
+from detp.detp_addon.report import BakeReport, counted, to_json
+
+REPORT = BakeReport(
+    scene="a.blend",
+    objects=1,
+    points=45210,
+    filled=3,
+    triangles=12,
+    lights=2,
+    photons=2097152,
+    segments=9,
+    radius=0.25,
+    gatherer="disc-index",
+    gatherer_reason="small discs",
+    seconds={"export": 0.5, "trace": 1.0, "gather": 2.0, "write": 0.1, "total": 3.75},
+    relative_error=0.052,
+    modelled=("2 point lights", "diffuse bounces"),
+    left_out=("fog",),
+    warnings=("Look here.",),
+)
+
+
+def test_json_has_every_key_in_a_stable_order():
+    entry = REPORT.as_json()
+    assert list(entry)[:6] == ["scene", "output", "objects", "points", "filled", "triangles"]
+    assert set(entry) == {
+        "scene", "output", "objects", "points", "triangles", "lights", "photons", "segments", "radius", "gatherer",
+        "seconds", "relative_error", "modelled", "left_out", "warnings", "filled", "gatherer_reason",
+    }  # fmt: skip
+    assert set(entry["seconds"]) == {"export", "trace", "gather", "write", "total"}
+    assert json.loads(to_json([entry]))[0]["warnings"] == ["Look here."]
+
+
+def test_an_error_that_does_not_exist_is_null_and_said_to_be_unknown():
+    dark = BakeReport(**{**REPORT.__dict__, "relative_error": float("nan")})
+    assert json.loads(to_json([dark.as_json()]))[0]["relative_error"] is None
+    assert "estimated error unknown" in dark.headline()
+
+
+def test_people_read_counts_and_everything_that_was_noticed():
+    assert REPORT.headline() == (
+        "Baked 1 object, 45 210 points with 2.1 M photons in 3.8 s; estimated error 5.2 % (radius 0.25 m, disc-index)."
+    )
+    assert REPORT.details() == [
+        "Modelled: 2 point lights, diffuse bounces.",
+        "Left out: fog.",
+        "Filled from neighbours: 3 elements.",
+        "Warning: Look here.",
+    ]
+
+
+def test_counts():
+    assert [counted(n, "point") for n in (0, 1, 999, 1000, 1_000_000)] == [
+        "0 points", "1 point", "999 points", "1 000 points", "1 M points",
+    ]  # fmt: skip

@@ -18,6 +18,9 @@ from .segments import Segments
 #: Surfaces that one particle may pass straight through, all together, before it is given up.
 MOST_PASSAGES = 1024
 
+#: How many tolerances a particle is moved along its direction before it starts.
+EMISSION_LIFT = 4
+
 #: The smallest cosine for which a segment is lengthened to reach the tolerance behind its hit.
 GRAZING_COSINE = 0.01
 
@@ -48,7 +51,9 @@ class PhotonTracer:
     def trace(self, particles: int, generator: np.random.Generator) -> TracedPhotons:
         """Follow ``particles`` from emission to absorption; their segments carry the scene's full power together."""
         emitted = self._emit(particles, generator)
-        origins, directions, flux = emitted.origins, emitted.directions, emitted.flux
+        directions, flux = emitted.directions, emitted.flux
+        # Lights may lie in a surface: an emissive triangle always does, an area light under a ceiling often.
+        origins = emitted.origins + EMISSION_LIFT * self._caster.tolerance * directions
         bounce = np.zeros(particles, np.uint16)
         passages = np.zeros(particles, np.uint16)
         parts, cut = [], np.zeros(3)

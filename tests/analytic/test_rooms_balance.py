@@ -58,14 +58,14 @@ def test_energy_balance_of_a_closed_room_with_a_lamp(size):
     scene = scene_of(quads, albedo, lights=(PointLight((0.3, 0.4, 0.6), flux),))
     area = 2 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0])
     points, normals = stratified(quads, 24)
-    result = baked(scene, points, normals, 0.03)
+    # No disc touches a wall: each lies within its own cell.
+    result = baked(scene, points, normals, 0.02)
     weights = np.repeat([np.linalg.norm(np.cross(q[1] - q[0], q[3] - q[0])) for q in quads], 24**2)
-    # Discs half over an edge lose light there, so the balance is taken where no disc touches a wall.
-    inside = np.all((points > 0.031) & (points < np.array(size) - 0.031) | (np.abs(normals) > 0.5), axis=1)
-    mean = np.average(result.estimate.irradiance[inside], axis=0, weights=weights[inside])
-    assert mean == pytest.approx(flux / (area * (1 - albedo)), rel=0.02)
-    # Absorbed flux is exact: what was emitted and not cut is all absorbed in a closed room.
+    mean = np.average(result.estimate.irradiance, axis=0, weights=weights)
+    # The discs see most of the walls, so the mean's own noise is about 1/sqrt(particles), 0.2 %.
+    assert mean == pytest.approx(flux / (area * (1 - albedo)), rel=0.01)
     assert result.emitted_flux == pytest.approx(flux)
+    assert (result.cut_flux < 1e-6 * flux).all()
 
 
 def stratified(quads, across):
@@ -79,17 +79,17 @@ def stratified(quads, across):
 
 def test_two_parallel_plates():
     rho1, rho2, exitance = 0.5, 0.8, 3.0
-    wide = 400.0
+    wide = 100.0
     lower = np.array([(0, 0, 0), (wide, 0, 0), (wide, wide, 0), (0, wide, 0)], float)
     upper = lower[::-1] + (0, 0, 1.0)
     scene = scene_of([lower, upper], [rho1, rho2])
     plate = EmissiveTriangles(scene.corners[:2], np.full((2, 3), exitance / np.pi))
     scene = scene_of([lower, upper], [rho1, rho2], lights=(plate,))
     generator = np.random.default_rng(5)
-    points = np.repeat(generator.uniform(150, 250, (400, 2)), 2, axis=0)
+    points = np.repeat(generator.uniform(40, 60, (400, 2)), 2, axis=0)
     points = np.c_[points, np.tile([0.0, 1.0], 400)]
     normals = np.tile([(0, 0, 1.0), (0, 0, -1.0)], (400, 1))
-    result = baked(scene, points, normals, 2.0)
+    result = baked(scene, points, normals, 0.5)
     on_upper = exitance / (1 - rho1 * rho2)
     assert_unbiased(result.estimate, np.tile([rho2 * on_upper, on_upper], 400)[:, None])
 
@@ -116,13 +116,13 @@ def test_open_plane_under_a_uniform_world():
 
 
 def test_uniform_sky_beside_a_long_wall():
-    height, distance, length = 1.0, 0.7, 400.0
+    height, distance, length = 1.0, 0.7, 40.0
     ground = np.array([(-2, -2, 0), (4, -2, 0), (4, 2, 0), (-2, 2, 0)], float)
     wall = np.array([(0, -length, 0), (0, length, 0), (0, length, height), (0, -length, height)], float)
     scene = scene_of([ground, wall], lights=(UniformWorld((1.0, 1.0, 1.0)),))
-    radius = 0.1
+    radius = 0.2
     points = np.array([(distance, y, 0) for y in np.linspace(-1, 1, 9)])
-    result = finished(bake(scene, points, np.tile((0, 0, 1.0), (9, 1)), BakeSettings(photons=8_000_000, radius=radius)))
+    result = finished(bake(scene, points, np.tile((0, 0, 1.0), (9, 1)), BakeSettings(photons=4_000_000, radius=radius)))
     # The disc's mean of the formula, by a fine sum over its chords.
     x = distance + radius * np.linspace(-1, 1, 2001)
     chord = np.sqrt(np.maximum(radius**2 - (x - distance) ** 2, 0))

@@ -19,7 +19,7 @@ import bpy
 import numpy as np
 from detp.core.bake import bake
 from detp.core.rays import RayCaster
-from detp.core.sampling import frame
+from detp.core.sampling import frames
 from detp.core.settings import BakeSettings
 from detp.detp_addon.read_scene import read_scene
 
@@ -93,7 +93,7 @@ def run(steps):
 def clearance(exported, radius: float) -> np.ndarray:
     """Distance (N,) from each point to the nearest surface seen along its tangent plane, metres."""
     caster = RayCaster(exported.scene.corners)
-    first, second = frame(exported.normals)
+    first, second = frames(exported.normals)
     origins = exported.centres + max(0.01 * radius, 4 * caster.tolerance) * exported.normals
     nearest = np.full(len(origins), np.inf)
     for angle in np.arange(TANGENT_RAYS) * 2 * np.pi / TANGENT_RAYS:

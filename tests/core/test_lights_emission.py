@@ -41,6 +41,7 @@ MAKERS = {
     "spot hard": lambda s: SpotLight(AT, (1, 2, -3), s * COLOUR, np.pi, 0.0, 0.2),
     "spot narrow": lambda s: SpotLight(AT, (0, 0, 1), s * COLOUR, np.radians(1), 1.0),
     "spot stretched": lambda s: SpotLight(AT, STRETCHED, s * COLOUR, 1.5, 0.4),
+    "spot stretched far": lambda s: SpotLight(AT, np.diag((20.0, 1.0, 1.0)), s * COLOUR, 2.4, 0.15),
     "sun": lambda s: SunLight((1, 2, -3), s * COLOUR),
     "sun wide": lambda s: SunLight((1, 2, -3), s * COLOUR, 1.0),
     "sun on the horizon": lambda s: SunLight((1, 0, -0.05), s * COLOUR, 0.3),
@@ -85,7 +86,7 @@ def test_particles_are_valid_and_add_up_to_the_flux(name, bounds):
     assert flux.shape == (3,)
     assert (flux > 0).all()
     error = particles.flux.std(axis=0) * np.sqrt(PARTICLES)
-    # 4.2: three sigma after Sidak for the 96 comparisons of this test; the second term: rounding of equal terms
+    # 4.2: three sigma after Sidak for the 102 comparisons of this test; the second term: rounding of equal terms
     assert (np.abs(particles.flux.sum(axis=0) - flux) < 4.2 * error + 1e-9 * flux).all()
 
 

@@ -6,7 +6,7 @@ import ctypes
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 
 
 @contextmanager
@@ -19,11 +19,10 @@ def blender_silenced() -> Iterator[None]:
         return
     _flush()
     try:
-        nowhere = os.open(os.devnull, os.O_WRONLY)
-        for descriptor, _ in kept:
-            os.dup2(nowhere, descriptor)
-        os.close(nowhere)
-        yield
+        with open(os.devnull, "w") as nowhere, redirect_stdout(nowhere), redirect_stderr(nowhere):
+            for descriptor, _ in kept:
+                os.dup2(nowhere.fileno(), descriptor)
+            yield
     finally:
         _flush()
         for descriptor, copy in kept:

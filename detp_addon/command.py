@@ -15,6 +15,7 @@ from typing import NoReturn
 
 from ..core.errors import DetpError, InvalidSettingError
 from ..core.settings import GATHERERS, QUALITIES, BakeSettings
+from .blender_output import blender_silenced
 
 DONE, FAILED, USAGE, CANCELLED = 0, 1, 2, 130
 
@@ -133,8 +134,9 @@ def _bake(arguments: argparse.Namespace) -> int:
     previews, report = plan_side_files(scenes, arguments.preview, arguments.report)
 
     # Everything that can be wrong without Blender has been checked, and Blender takes a second to load.
-    from .batch import Batch, SceneJob, bake_batch
-    from .job import BakeRequest
+    with blender_silenced():
+        from .batch import Batch, SceneJob, bake_batch
+        from .job import BakeRequest
 
     request = BakeRequest(
         settings=settings,

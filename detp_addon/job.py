@@ -118,18 +118,29 @@ def bake_scene(
 
 
 def _writable(targets: tuple[BakeTarget, ...], request: BakeRequest) -> tuple[list[BakeTarget], list[str]]:
-    """The targets that can be written, and a sentence for each that cannot; raises it when none can."""
-    writable, refusals = [], []
+    """The targets that can be written, and sentences on those that cannot; raises their error when none can."""
+    writable, refusals, faceless = [], {}, []
     for target in targets:
         refusal = obstacle(_object(target), request.attribute, request.domain)
-        if refusal is None:
-            writable.append(target)
+        if refusal is not None:
+            refusals.setdefault(type(refusal), []).append(str(refusal))
+        elif (target.point_rows < 0).all():
+            faceless.append(f"'{target.object_name}'")
         else:
-            refusals.append(refusal)
+            writable.append(target)
+    sentences = [sentence for group in refusals.values() for sentence in _first(group)]
     if refusals and not writable:
-        more = f" ({len(refusals) - 1} more objects cannot be written either.)" if len(refusals) > 1 else ""
-        raise type(refusals[0])(f"{refusals[0]}{more}")
-    return writable, [str(refusal) for refusal in refusals]
+        raise next(iter(refusals))(" ".join(sentences))
+    if faceless:
+        names = ", ".join(faceless[:3]) + (", ..." if len(faceless) > 3 else "")
+        sentences.append(f"{counted(len(faceless), 'mesh object')} without faces of any area got no colours: {names}.")
+    return writable, sentences
+
+
+def _first(sentences: list[str], shown: int = 3) -> list[str]:
+    """The first sentences, and how many more there are like them."""
+    more = len(sentences) - shown
+    return sentences if more <= 0 else [*sentences[:shown], f"The same holds for {counted(more, 'more object')}."]
 
 
 def _points_of(targets: list[BakeTarget], count: int) -> tuple[list[BakeTarget], np.ndarray]:
@@ -152,7 +163,7 @@ def _baked(export: ExportedScene, rows: np.ndarray, request: BakeRequest) -> Gen
         except StopIteration as stop:
             return stop.value
         passed = time.perf_counter() - start
-        remaining = passed * (1 - step.fraction) / step.fraction if step.fraction > 0.01 else None
+        remaining = passed * (1 - step.fraction) / step.fraction if 0.01 < step.fraction < 1 else None
         yield JobProgress(step.phase, step.fraction, remaining)
 
 

@@ -1,0 +1,253 @@
+"""The command line on scenes that the tests make: what comes out, and what is never lost."""
+
+import errno
+import json
+
+import bpy
+import numpy as np
+import pytest
+from detp.core.errors import SceneBusyError
+from detp.detp_addon import batch, files
+from detp.detp_addon.command import main
+from PIL import Image
+from small_scenes import colours, cube, grid, lamp, opened, painted, saved
+
+KEYS = (
+    "scene output objects points triangles lights photons segments radius gatherer seconds relative_error modelled "
+    "left_out warnings"
+).split()
+QUICK = ["--photons", "20000", "--radius", "0.3"]
+
+
+@pytest.fixture(autouse=True)
+def _empty_file():
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+
+
+@pytest.fixture
+def scene(tmp_path):
+    """A floor, a box on it and a lamp above: the scene that most tests bake."""
+    painted(grid("Floor"), (0.8, 0.4, 0.2))
+    cube("Box")
+    lamp()
+    return saved(tmp_path / "scene.blend")
+
+
+def test_a_bake_writes_a_copy_with_light_in_it(scene, tmp_path, capsys):
+    before = scene.read_bytes()
+    assert main(["bake", str(scene), *QUICK]) == 0
+    assert scene.read_bytes() == before
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["scene.blend", "scene_baked.blend"]
+    printed = capsys.readouterr()
+    assert printed.err == ""
+    assert "Baked 2 objects, 40 points with 20 000 photons" in printed.out
+    assert f"Saved {tmp_path / 'scene_baked.blend'}" in printed.out
+    assert "scene: Reading the scene" in printed.out and "\r" not in printed.out
+    opened(tmp_path / "scene_baked.blend")
+    for name in ("Floor", "Box"):
+        mesh = bpy.data.objects[name].data
+        layer = mesh.attributes["irradiance"]
+        assert (layer.data_type, layer.domain) == ("FLOAT_COLOR", "CORNER")
+        assert mesh.attributes.active_color_name == mesh.attributes.default_color_name == "irradiance"
+        values = colours(name)
+        assert np.isfinite(values).all() and values[:, :3].max() > 0 and (values[:, 3] == 1).all()
+
+
+def test_the_report_has_every_key(scene, tmp_path):
+    report = tmp_path / "report.json"
+    assert main(["bake", str(scene), *QUICK, "--report", str(report), "--quiet"]) == 0
+    (entry,) = json.loads(report.read_text())
+    assert set(KEYS) <= set(entry)
+    assert set(entry["seconds"]) == {"export", "trace", "gather", "write", "total"}
+    assert (entry["scene"], entry["output"]) == (str(scene), str(tmp_path / "scene_baked.blend"))
+    assert (entry["objects"], entry["points"], entry["photons"], entry["radius"]) == (2, 40, 20000, 0.3)
+    assert (entry["lights"], entry["triangles"]) == (1, 30)
+    assert entry["segments"] >= entry["photons"]
+    assert 0 < entry["relative_error"] < 1
+    assert any("point light" in feature for feature in entry["modelled"])
+
+
+def test_quantities_are_the_same_light_in_other_units(scene, tmp_path):
+    baked = {}
+    for quantity in ("lighting", "irradiance", "shaded"):
+        out = tmp_path / f"{quantity}.blend"
+        assert main(["bake", str(scene), *QUICK, "-o", str(out), "--quantity", quantity, "--quiet"]) == 0
+        opened(out)
+        baked[quantity] = colours("Floor")[:, :3]
+    assert baked["lighting"].max() > 0
+    np.testing.assert_allclose(baked["irradiance"], baked["lighting"] * np.pi, rtol=1e-6)
+    np.testing.assert_allclose(baked["shaded"], baked["lighting"] * [0.8, 0.4, 0.2], rtol=1e-5)
+
+
+def test_domain_attribute_and_objects_are_as_asked(scene, tmp_path):
+    arguments = ["--domain", "point", "--attribute", "Glow", "--objects", "Floor", "--quiet"]
+    assert main(["bake", str(scene), *QUICK, *arguments]) == 0
+    opened(tmp_path / "scene_baked.blend")
+    layer = bpy.data.objects["Floor"].data.attributes["Glow"]
+    assert (layer.data_type, layer.domain) == ("FLOAT_COLOR", "POINT")
+    assert "Glow" not in bpy.data.objects["Box"].data.attributes
+
+
+def test_the_same_seed_gives_the_same_light(scene, tmp_path):
+    for name, seed in (("a", "5"), ("b", "5"), ("c", "6")):
+        assert main(["bake", str(scene), *QUICK, "-o", str(tmp_path / f"{name}.blend"), "--seed", seed, "--quiet"]) == 0
+    values = {}
+    for name in "abc":
+        opened(tmp_path / f"{name}.blend")
+        values[name] = colours("Floor")
+    np.testing.assert_array_equal(values["a"], values["b"])
+    assert (values["a"] != values["c"]).any()
+
+
+def test_other_layers_modes_and_layout_are_kept(tmp_path):
+    mesh = grid("Floor").data
+    lamp()
+    paint = mesh.color_attributes.new("paint", "BYTE_COLOR", "POINT")
+    paint.data.foreach_set("color", np.linspace(0, 1, 64, dtype=np.float32))
+    mesh.attributes.new("weights", "FLOAT", "FACE")
+    bpy.data.workspaces[0].name = "My own layout"
+    bpy.data.texts.new("notes").write("keep me")
+    image = Image.new("RGB", (4, 4))
+    (tmp_path / "textures").mkdir()
+    image.save(tmp_path / "textures" / "wall.png")
+    bpy.data.images.load(str(tmp_path / "textures" / "wall.png")).use_fake_user = True
+    path = saved(tmp_path / "scene.blend", compress=True)
+    opened(path)
+    bpy.data.images["wall.png"].filepath = "//textures/wall.png"
+    bpy.ops.wm.save_mainfile(compress=True)
+    before = colours("Floor", "paint")
+    assert main(["bake", str(path), *QUICK, "-o", f"{tmp_path}/out/", "--quiet"]) == 0
+    output = tmp_path / "out" / "scene_baked.blend"
+    assert not output.read_bytes().startswith(b"BLENDER")
+    opened(output)
+    np.testing.assert_array_equal(colours("Floor", "paint"), before)
+    assert "weights" in bpy.data.objects["Floor"].data.attributes
+    assert "My own layout" in bpy.data.workspaces
+    assert bpy.data.texts["notes"].as_string().strip() == "keep me"
+    assert bpy.path.abspath(bpy.data.images["wall.png"].filepath).endswith("wall.png")
+    assert bpy.data.images["wall.png"].filepath.startswith("//") and bpy.data.images["wall.png"].size[0] == 4
+    assert len(bpy.data.scenes) == 1 and len(bpy.data.cameras) == 0
+
+
+def test_the_input_is_overwritten_only_when_it_is_named(scene):
+    assert main(["bake", str(scene), *QUICK, "-o", str(scene), "--quiet"]) == 0
+    opened(scene)
+    assert colours("Floor").max() > 0
+
+
+def test_objects_that_share_a_mesh_hold_different_light(tmp_path, capsys):
+    near = grid("Near")
+    far = bpy.data.objects.new("Far", near.data)
+    far.location = (20, 0, 0)
+    bpy.context.collection.objects.link(far)
+    lamp()
+    path = saved(tmp_path / "scene.blend")
+    assert main(["bake", str(path), *QUICK]) == 0
+    assert "1 object shared its mesh" in capsys.readouterr().out
+    opened(tmp_path / "scene_baked.blend")
+    assert bpy.data.objects["Near"].data != bpy.data.objects["Far"].data
+    assert colours("Near")[:, :3].mean() > 10 * colours("Far")[:, :3].mean()
+
+
+def test_linked_meshes_shade_and_reflect_but_are_not_written(tmp_path, capsys):
+    cube("Linked", location=(0, 0, 1), size=1.0)
+    library = saved(tmp_path / "library.blend")
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    grid("Floor")
+    lamp(location=(0, 0, 3))
+    free = saved(tmp_path / "free.blend")
+    with bpy.data.libraries.load(str(library), link=True) as (_, wanted):
+        wanted.objects = ["Linked"]
+    bpy.context.collection.objects.link(wanted.objects[0])
+    shaded = saved(tmp_path / "shaded.blend")
+    before = library.read_bytes()
+    assert main(["bake", str(free), str(shaded), *QUICK]) == 0
+    printed = capsys.readouterr().out
+    assert printed.count("'Linked' is linked from the library") == 1
+    assert library.read_bytes() == before
+    light = {}
+    for name in ("free", "shaded"):
+        opened(tmp_path / f"{name}_baked.blend")
+        light[name] = colours("Floor")[:, :3].mean()
+    assert light["shaded"] < 0.8 * light["free"]
+
+
+def test_several_scenes_share_a_folder_a_report_and_a_preview_name(scene, tmp_path, capsys):
+    lamp(location=(-1, 0, 2))
+    second = saved(tmp_path / "second.blend")
+    out, report, preview = tmp_path / "out", tmp_path / "r.json", tmp_path / "p.png"
+    missing = tmp_path / "missing.blend"
+    arguments = ["-o", str(out), "--report", str(report), "--preview", str(preview)]
+    assert main(["bake", str(scene), str(missing), str(second), *QUICK, *arguments]) == 1
+    assert sorted(path.name for path in out.iterdir()) == ["scene_baked.blend", "second_baked.blend"]
+    first, failed, last = json.loads(report.read_text())
+    assert first["output"] == str(out / "scene_baked.blend") and last["lights"] == 2
+    assert failed == {"scene": str(missing), "output": None, "error": f"The file '{missing}' does not exist."}
+    printed = capsys.readouterr()
+    assert printed.err.splitlines() == [
+        f"{missing}: The file '{missing}' does not exist.",
+        "1 of 3 scenes failed:",
+        f"  {missing}: The file '{missing}' does not exist.",
+    ]
+    for name in ("scene", "second"):
+        assert Image.open(tmp_path / f"p_{name}.png").size == (960, 540)
+        assert f"Drew {tmp_path / f'p_{name}.png'}, exposed by " in printed.out
+    opened(out / "second_baked.blend")
+    assert len(bpy.data.materials) == 1 and len(bpy.data.worlds) == 0 and len(bpy.data.cameras) == 0
+
+
+def test_quiet_prints_errors_only(scene, tmp_path, capfd):
+    assert main(["bake", str(scene), *QUICK, "--quiet"]) == 0
+    printed = capfd.readouterr()
+    assert (printed.out, printed.err) == ("", "")
+    assert main(["bake", str(tmp_path / "no.blend"), "--quiet"]) == 1
+    printed = capfd.readouterr()
+    assert printed.out == "" and len(printed.err.splitlines()) == 1
+
+
+def test_blender_itself_stays_silent(scene, capfd):
+    assert main(["bake", str(scene), *QUICK]) == 0
+    printed = capfd.readouterr()
+    assert printed.err == ""
+    for word in ("Read blend", "Info:", "Fra:", "Saved as", "Saved copy"):
+        assert word not in printed.out
+
+
+def test_scripts_in_a_scene_are_not_run(tmp_path, capsys):
+    grid("Floor")
+    lamp()
+    flag = tmp_path / "ran"
+    text = bpy.data.texts.new("evil.py")
+    text.write(f"open({str(flag)!r}, 'w')")
+    text.use_module = True
+    path = saved(tmp_path / "scene.blend")
+    assert main(["bake", str(path), *QUICK]) == 0
+    assert not flag.exists()
+    assert "scripts were not run" in capsys.readouterr().out
+
+
+def test_a_failed_save_keeps_the_older_output(scene, tmp_path, capsys, monkeypatch):
+    output = tmp_path / "out.blend"
+    output.write_bytes(b"older")
+
+    def full_disk(source, target):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(files.os, "replace", full_disk)
+    assert main(["bake", str(scene), *QUICK, "-o", str(output)]) == 1
+    assert output.read_bytes() == b"older"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["out.blend", "scene.blend"]
+    assert capsys.readouterr().err == f"{scene}: Cannot write '{output}': No space left on device.\n"
+
+
+def test_a_preview_that_fails_does_not_hide_the_bake(scene, tmp_path, capsys, monkeypatch):
+    def no_picture(*_):
+        raise SceneBusyError("Blender could not draw.")
+
+    monkeypatch.setattr(batch, "render_preview", no_picture)
+    report = tmp_path / "r.json"
+    arguments = ["--preview", str(tmp_path / "p.png"), "--report", str(report)]
+    assert main(["bake", str(scene), *QUICK, *arguments]) == 1
+    (entry,) = json.loads(report.read_text())
+    assert entry["output"] == str(tmp_path / "scene_baked.blend") and entry["error"] == "Blender could not draw."
+    assert (tmp_path / "scene_baked.blend").exists() and not (tmp_path / "p.png").exists()

@@ -30,6 +30,10 @@ class Segments:
         """The same segments with their flux multiplied by ``weight``."""
         return replace(self, flux=self.flux * weight)
 
+    def taken(self, rows) -> Segments:
+        """The segments of the given rows (index array, slice or mask)."""
+        return Segments(self.origins[rows], self.ends[rows], self.flux[rows], self.bounce[rows])
+
     @staticmethod
     def joined(parts: list[Segments]) -> Segments:
         """All segments of ``parts`` in their order; ``parts`` holds at least one."""

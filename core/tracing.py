@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from .rays import Hits, RayCaster
 from .sampling import cosine_hemisphere
 from .scene import Scene
 from .segments import Segments
+from .triangles import normals_and_areas
 
 #: Surfaces that one particle may pass straight through, all together, before it is given up.
 MOST_PASSAGES = 1024
@@ -45,7 +46,7 @@ class PhotonTracer:
         self._bounces = bounces
         corners = scene.corners
         self._caster = RayCaster(corners)
-        self._normals = _unit_normals(corners)
+        self._normals, _ = normals_and_areas(corners)
         self._lights, self._shares, self.emitted_flux = _by_power(scene, corners, bounds)
 
     def trace(self, particles: int, generator: np.random.Generator) -> TracedPhotons:
@@ -56,11 +57,18 @@ class PhotonTracer:
         origins = emitted.origins + EMISSION_LIFT * self._caster.tolerance * directions
         bounce = np.zeros(particles, np.uint16)
         passages = np.zeros(particles, np.uint16)
+        start = emitted.start
         parts, cut = [], np.zeros(3)
         while len(origins):
             hits = self._caster.first_hits(origins, directions)
-            parts.append(Segments(origins, self._ends(origins, directions, hits), flux, bounce))
-            rows = np.flatnonzero(hits.triangle >= 0)
+            ends = self._ends(origins, directions, hits)
+            segments, rows = Segments(origins, ends, flux, bounce), np.flatnonzero(hits.triangle >= 0)
+            if start is not None:
+                shining = start < np.linalg.norm(ends - origins, axis=1)
+                begins = origins + start[:, None] * directions
+                segments = Segments(begins, ends, flux, bounce).taken(shining)
+                rows, start = rows[shining[rows]], None
+            parts.append(segments)
             triangle = hits.triangle[rows]
             reflected, passed = self._scatter(flux[rows], triangle, generator)
             ended = (bounce[rows] >= self._bounces) & reflected.any(axis=1)
@@ -92,8 +100,8 @@ class PhotonTracer:
             sent = light.emit(generator.random((count, EMISSION_DIMENSIONS)), self._bounds)
             # A light's particles carry its whole flux together; weighting by the expected instead of the actual
             # count keeps lights that get no particle in this batch right on average.
-            emitted.append(Particles(sent.origins, sent.directions, sent.flux * (count / (particles * share))))
-        return Particles(*(np.concatenate([getattr(p, n) for p in emitted]) for n in ("origins", "directions", "flux")))
+            emitted.append(replace(sent, flux=sent.flux * (count / (particles * share))))
+        return Particles.joined(emitted)
 
     def _ends(self, origins, directions, hits: Hits) -> np.ndarray:
         """Segment ends: past the hit by twice the tolerance along the normal, or out of everything."""
@@ -148,14 +156,3 @@ def _by_power(scene: Scene, corners, bounds: Bounds) -> tuple[list[Light], np.nd
             "Nothing in the scene gives light: add a light, an emissive material or a world that is not black."
         )
     return [lights[i] for i in shining], power[shining] / power[shining].sum(), fluxes[shining].sum(axis=0)
-
-
-def _unit_normals(corners: np.ndarray) -> np.ndarray:
-    """Geometric unit normals (T, 3) of triangles (T, 3, 3); zero for a triangle without area."""
-    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    longest = np.maximum(np.abs(first).max(axis=1), np.abs(second).max(axis=1))
-    longest[longest == 0] = 1.0
-    normals = np.cross(first / longest[:, None], second / longest[:, None])
-    length = np.linalg.norm(normals, axis=1)
-    length[length == 0] = 1.0
-    return normals / length[:, None]

@@ -10,6 +10,7 @@ from ..bounds import Bounds
 from ..checks import float_rows
 from ..errors import InvalidArrayError
 from ..sampling import choose, cosine_hemisphere, triangle
+from ..triangles import normals_and_areas
 from .light import Particles
 
 
@@ -35,7 +36,7 @@ class EmissiveTriangles:
             raise InvalidArrayError(f"Emissive corners must have the shape (n, 3, 3) with n > 0, not {shape}.")
         corners = float_rows(np.reshape(self.corners, (-1, 3)), "emissive corners").reshape(-1, 3, 3)
         radiance = float_rows(self.radiance, "emitted radiance", 3, len(corners))
-        normals, areas = _normals_and_areas(corners)
+        normals, areas = normals_and_areas(corners)
         shares = np.cumsum(np.abs(radiance).max(axis=1, initial=0.0) * areas)
         for name, value in (
             ("corners", corners),
@@ -65,16 +66,3 @@ class EmissiveTriangles:
         strength = np.abs(radiance).max(axis=1, keepdims=True)
         colour = np.divide(radiance, strength, out=np.zeros_like(radiance), where=strength > 0.0)
         return Particles(origins, directions, colour * (2.0 * np.pi * self._shares[-1] / len(uniforms)))
-
-
-def _normals_and_areas(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Unit normals (T, 3), any direction where there is no area, and areas (T,) in m^2."""
-    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    # Edges are brought to length one before the product, so that tiny triangles do not underflow.
-    longest = np.maximum(np.abs(first).max(axis=1, initial=0.0), np.abs(second).max(axis=1, initial=0.0))
-    scale = np.where(longest > 0.0, longest, 1.0)[:, None]
-    cross = np.cross(first / scale, second / scale)
-    length = np.linalg.norm(cross, axis=1)
-    flat = length == 0.0
-    normals = np.where(flat[:, None], (0.0, 0.0, 1.0), cross / np.where(flat, 1.0, length)[:, None])
-    return normals, 0.5 * length * scale[:, 0] ** 2

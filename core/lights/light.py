@@ -20,11 +20,23 @@ class Particles:
     origins     (P, 3) metres
     directions  (P, 3) unit vectors
     flux        (P, 3) radiant flux in W, RGB; negative for lights of negative power
+    start       (P,) metres along the direction before which a particle is blocked by surfaces but does not shine, or
+                None for particles that shine from their origins on
     """
 
     origins: np.ndarray
     directions: np.ndarray
     flux: np.ndarray
+    start: np.ndarray | None = None
+
+    @staticmethod
+    def joined(parts: list[Particles]) -> Particles:
+        """All particles of ``parts`` in their order; ``parts`` holds at least one."""
+        start = None
+        if any(part.start is not None for part in parts):
+            start = np.concatenate([np.zeros(len(p.origins)) if p.start is None else p.start for p in parts])
+        joined = (np.concatenate([getattr(part, name) for part in parts]) for name in ("origins", "directions", "flux"))
+        return Particles(*joined, start)
 
 
 class Light(Protocol):

@@ -19,6 +19,8 @@ class PointLight:
     position  (3,) metres
     power     (3,) radiant flux in W, RGB, all directions together; negative takes light away
     radius    of the sphere, metres, >= 0
+    soft      Blender's soft falloff: not a sphere, but a disc of that radius and radiance which faces every receiver, so
+              that E = power / (4 pi (h^2 + radius^2)) at distance h; without a radius it changes nothing
 
     Raises InvalidArrayError or InvalidSettingError on anything else.
     """
@@ -26,6 +28,7 @@ class PointLight:
     position: np.ndarray
     power: np.ndarray
     radius: float = 0.0
+    soft: bool = False
 
     def __post_init__(self):
         object.__setattr__(self, "position", vector(self.position, "The point light's position"))
@@ -39,8 +42,10 @@ class PointLight:
     def emit(self, uniforms: np.ndarray, bounds: Bounds) -> Particles:
         """Particles of equal flux; uniforms (P, 4): direction 2, origin 2."""
         directions = sphere(uniforms[:, :2])
-        origins = self.position + self.radius * crosswise(directions, uniforms[:, 2:])
-        return Particles(origins, directions, np.tile(self.power / len(uniforms), (len(uniforms), 1)))
+        aside = self.radius * crosswise(directions, uniforms[:, 2:])
+        start = soft_start(aside, self.radius) if self.soft else None
+        flux = np.tile(self.power / len(uniforms), (len(uniforms), 1))
+        return Particles(self.position + aside, directions, flux, start)
 
 
 def crosswise(directions: np.ndarray, uniforms: np.ndarray) -> np.ndarray:
@@ -53,3 +58,15 @@ def crosswise(directions: np.ndarray, uniforms: np.ndarray) -> np.ndarray:
     first, second = frames(directions)
     flat = disc(uniforms)
     return flat[:, :1] * first + flat[:, 1:] * second
+
+
+def soft_start(aside: np.ndarray, radius: float) -> np.ndarray:
+    """Distance (P,) in metres from where the facing disc of soft falloff shines along a line.
+
+    ``aside`` (P, 3) is the line's point nearest to the light's centre, at distance b. Seen from t behind it, the
+    facing disc is met b sqrt(b^2 + t^2) / t from the centre, which is within ``radius`` when
+    t >= b^2 / sqrt(radius^2 - b^2). All such lines have the radiance of the sphere.
+    """
+    square = np.einsum("pi,pi->p", aside, aside)
+    room = np.sqrt(np.maximum(radius**2 - square, np.finfo(float).tiny))
+    return square / room

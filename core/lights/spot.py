@@ -11,7 +11,7 @@ from ..checks import float_rows, number_within, unit_rows, vector
 from ..errors import InvalidArrayError
 from ..sampling import around, frames
 from .light import Particles
-from .point import crosswise
+from .point import crosswise, soft_start
 
 #: Newton steps for the soft rim: the error is below 1e-15 after eight, wherever it starts.
 _NEWTON_STEPS = 8
@@ -36,6 +36,7 @@ class SpotLight:
     size      full angle of the cone, radians, 0..pi
     blend     share of the cone that the soft rim takes, 0..1
     radius    of the sphere that shines, metres, >= 0
+    soft      Blender's soft falloff, as for the point light
 
     Raises InvalidArrayError or InvalidSettingError on anything else. Source: Blender's and Cycles' spot light.
     """
@@ -46,6 +47,7 @@ class SpotLight:
     size: float
     blend: float
     radius: float = 0.0
+    soft: bool = False
 
     def __post_init__(self):
         object.__setattr__(self, "position", vector(self.position, "The spot light's position"))
@@ -66,8 +68,10 @@ class SpotLight:
     def emit(self, uniforms: np.ndarray, bounds: Bounds) -> Particles:
         """Particles, of equal flux when the cone is round; uniforms (P, 4): direction 2, origin 2."""
         directions, stretch = self._directions(uniforms[:, :2])
-        origins = self.position + self.radius * crosswise(directions, uniforms[:, 2:])
-        return Particles(origins, directions, stretch[:, None] * (self._round_flux / len(uniforms)))
+        aside = self.radius * crosswise(directions, uniforms[:, 2:])
+        start = soft_start(aside, self.radius) if self.soft else None
+        flux = stretch[:, None] * (self._round_flux / len(uniforms))
+        return Particles(self.position + aside, directions, flux, start)
 
     @property
     def _fall(self) -> float:

@@ -23,7 +23,12 @@ def scene_of(quads, albedo=0.0, emission=0.0, lights=(), transmittance=0.0):
         return np.repeat(rows, 2, axis=0)
 
     return Scene(
-        quads.reshape(-1, 3), triangles, per_triangle(albedo), per_triangle(emission), per_triangle(transmittance), lights
+        quads.reshape(-1, 3),
+        triangles,
+        per_triangle(albedo),
+        per_triangle(emission),
+        per_triangle(transmittance),
+        lights,
     )
 
 

@@ -71,7 +71,9 @@ def test_energy_balance_of_a_closed_room_with_a_lamp(size):
 def stratified(quads, across):
     u, v = np.meshgrid(*[(np.arange(across) + 0.5) / across] * 2)
     u, v = u.reshape(1, -1, 1), v.reshape(1, -1, 1)
-    points = quads[:, None, 0] + u * (quads[:, None, 1] - quads[:, None, 0]) + v * (quads[:, None, 3] - quads[:, None, 0])
+    points = (
+        quads[:, None, 0] + u * (quads[:, None, 1] - quads[:, None, 0]) + v * (quads[:, None, 3] - quads[:, None, 0])
+    )
     normals = np.cross(quads[:, 1] - quads[:, 0], quads[:, 3] - quads[:, 0])
     normals = normals / np.linalg.norm(normals, axis=1)[:, None]
     return points.reshape(-1, 3), np.repeat(normals, across**2, axis=0)

@@ -1,0 +1,127 @@
+"""Reads lamps: Blender's settings turned into the radiant flux and shape that Cycles gives them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..core.lights.area import AreaLight
+from ..core.lights.light import Light
+from ..core.lights.point import PointLight
+from ..core.lights.spot import SpotLight
+from ..core.lights.sun import SunLight
+from .findings import Findings
+from .read_materials import RULES
+from .read_node_graph import node_tree, output_feed
+from .read_shaders import Shaders
+from .read_values import Values
+from .surface_places import Nowhere, WhereaboutsUnknown
+
+_SHAPES = {"SQUARE": "rectangle", "RECTANGLE": "rectangle", "DISK": "ellipse", "ELLIPSE": "ellipse"}
+
+
+def read_light(obj, matrix: np.ndarray, findings: Findings) -> Light | None:
+    """The light of an evaluated lamp object that ``matrix`` (4, 4) places in the world, None when it gives none.
+
+    Its flux is energy 2^exposure colour, times the temperature's colour and the node tree's emission where those are
+    used (shared with Cycles and checked against it).
+    """
+    lamp = obj.data
+    if not np.isfinite(matrix).all():
+        findings.warn("lights whose place is not a number are left out: {}", "light", obj.name)
+        return None
+    if lamp.type == "AREA" and getattr(lamp, "cycles", None) and lamp.cycles.is_portal:
+        findings.left_out("{}, which only guide Cycles' sampling", "light portal", obj.name)
+        return None
+    strength = _strength(obj, findings)
+    if not strength.any():
+        return None
+    light = _READERS[lamp.type](obj, matrix, strength, findings)
+    if light is not None:
+        _note(obj, findings)
+    return light
+
+
+def _strength(obj, findings: Findings) -> np.ndarray:
+    """Energy with colour (3,), in the unit of the lamp's type."""
+    lamp = obj.data
+    strength = lamp.energy * 2.0 ** getattr(lamp, "exposure", 0.0) * np.array(lamp.color, np.float64)
+    if getattr(lamp, "use_temperature", False):
+        strength = strength * np.array(lamp.temperature_color, np.float64)
+    tree = node_tree(lamp)
+    return strength * _node_emission(tree, obj.name, findings) if tree else strength
+
+
+def _node_emission(tree, name: str, findings: Findings) -> np.ndarray:
+    feed = output_feed(tree)
+    if feed is None:
+        return np.zeros(3)
+    try:
+        return Shaders(Values(Nowhere(), RULES), lambda sentence: None).response(feed).emission[0]
+    except WhereaboutsUnknown:
+        findings.warn("nodes that vary the light (patterns, IES profiles) are not read, of {}", "light", name)
+        return np.ones(3)
+
+
+def _note(obj, findings: Findings) -> None:
+    lamp = obj.data
+    if not getattr(lamp, "use_shadow", True):
+        findings.left_out("light without shadows of {}, which do cast them here", "light", obj.name)
+    linking = getattr(obj, "light_linking", None)
+    if linking and (linking.receiver_collection or linking.blocker_collection):
+        findings.left_out("light linking of {}, which light everything here", "light", obj.name)
+
+
+def _point_power(lamp, strength: np.ndarray) -> np.ndarray:
+    """Radiant flux (3,) of a point or spot all around; without ``normalize`` the strength is pi times the radiance."""
+    if getattr(lamp, "normalize", True):
+        return strength
+    radius = lamp.shadow_soft_size
+    return strength * (4.0 * math.pi * radius**2 if radius > 0 else 4.0)
+
+
+def _point(obj, matrix: np.ndarray, strength: np.ndarray, findings: Findings) -> PointLight:
+    lamp = obj.data
+    soft = getattr(lamp, "use_soft_falloff", False)
+    return PointLight(matrix[:3, 3], _point_power(lamp, strength), lamp.shadow_soft_size, soft)
+
+
+def _spot(obj, matrix: np.ndarray, strength: np.ndarray, findings: Findings) -> SpotLight | None:
+    lamp = obj.data
+    if lamp.use_square:
+        findings.left_out("square shape of {}, which shine as round ones", "spot light", obj.name)
+    if np.linalg.matrix_rank(matrix[:3, :3]) < 3:
+        findings.warn("lights scaled to nothing are left out: {}", "light", obj.name)
+        return None
+    power = _point_power(lamp, strength)
+    size, soft = min(lamp.spot_size, math.pi), getattr(lamp, "use_soft_falloff", False)
+    return SpotLight(matrix[:3, 3], matrix[:3, :3], power, size, lamp.spot_blend, lamp.shadow_soft_size, soft)
+
+
+def _sun(obj, matrix: np.ndarray, strength: np.ndarray, findings: Findings) -> SunLight | None:
+    if not matrix[:3, 2].any():
+        findings.warn("lights scaled to nothing are left out: {}", "light", obj.name)
+        return None
+    angle = min(obj.data.angle, math.pi)
+    if not getattr(obj.data, "normalize", True) and angle > 0:
+        strength = strength * (math.pi * math.sin(0.5 * angle) ** 2)
+    return SunLight(-matrix[:3, 2], strength, angle)
+
+
+def _area(obj, matrix: np.ndarray, strength: np.ndarray, findings: Findings) -> AreaLight | None:
+    lamp = obj.data
+    tall = lamp.size_y if lamp.shape in ("RECTANGLE", "ELLIPSE") else lamp.size
+    edge_u, edge_v = matrix[:3, 0] * lamp.size, matrix[:3, 1] * tall
+    if np.linalg.norm(np.cross(edge_u, edge_v)) == 0.0:
+        findings.warn("area lights without an area are left out: {}", "light", obj.name)
+        return None
+    # A mirrored lamp still shines along its own -Z, which the order of the edges tells.
+    edge_u = -edge_u if np.linalg.det(matrix[:3, :3]) < 0 else edge_u
+    light = AreaLight(matrix[:3, 3], edge_u, edge_v, strength, _SHAPES[lamp.shape], min(lamp.spread, math.pi))
+    if getattr(lamp, "normalize", True):
+        return light
+    return AreaLight(light.centre, edge_u, edge_v, strength * light.area, light.shape, light.spread)
+
+
+_READERS = {"POINT": _point, "SPOT": _spot, "SUN": _sun, "AREA": _area}

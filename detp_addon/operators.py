@@ -18,7 +18,7 @@ class DETP_OT_bake(BakeOptions, bpy.types.Operator):
     """Bake the light of the whole scene into the meshes' colour attributes"""
 
     bl_idname = "detp.bake"
-    bl_label = "Bake Light to Vertex Colours"
+    bl_label = "Bake Vertex Light"
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
@@ -100,7 +100,7 @@ class DETP_OT_bake(BakeOptions, bpy.types.Operator):
     def _ended(self, bake: session.BakeSession) -> set[str]:
         outcome = bake.outcome
         if outcome.status != session.DONE:
-            self.report({"ERROR" if outcome.status == session.FAILED else "WARNING"}, outcome.message)
+            self.report({"ERROR" if outcome.status == session.FAILED else "INFO"}, outcome.message)
             return {"CANCELLED"}
         for warning in outcome.report.warnings:
             self.report({"WARNING"}, warning)

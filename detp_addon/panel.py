@@ -23,7 +23,7 @@ class _Tab:
 class DETP_PT_bake(_Tab, bpy.types.Panel):
     """What most bakes need, and the button."""
 
-    bl_label = "Bake Light to Vertex Colours"
+    bl_label = "Bake Vertex Light"
 
     def draw(self, context):
         """Settings, greyed out during a bake; then the button, or the progress with its Cancel."""
@@ -125,10 +125,11 @@ def _draw_figures(layout: bpy.types.UILayout, report: BakeReport) -> None:
     error = f"{report.relative_error:.1%}" if math.isfinite(report.relative_error) else "No light arrived"
     column = layout.column(align=True)
     for name, value in (
-        ("Baked", f"{counted(report.objects, 'object')}, {counted(report.points, 'point')}"),
+        ("Objects", _number(report.objects)),
+        ("Points", _number(report.points)),
         ("Time", _duration(report.seconds["total"])),
         ("Estimated Error", error),
-        ("Photons", counted(report.photons, "photon").split(" photon")[0]),
+        ("Photons", _number(report.photons)),
         ("Radius", bpy.utils.units.to_string("METRIC", "LENGTH", report.radius, precision=3)),
         ("Gatherer", GATHERER_NAMES.get(report.gatherer, report.gatherer)),
     ):
@@ -172,6 +173,10 @@ def _line_length(context) -> int:
     """Characters that fit a line of the sidebar beside an icon."""
     scale = context.preferences.system.ui_scale
     return max(20, int((context.region.width / scale - 70) / 6.2))
+
+
+def _number(number: int) -> str:
+    return counted(number, "").strip(" s")
 
 
 def _duration(seconds: float) -> str:

@@ -37,7 +37,7 @@ class BakeOptions:
         options={"SKIP_SAVE"},
     )
     targets: EnumProperty(
-        name="Bake",
+        name="Objects",
         description="Which meshes get the colours; the whole scene casts and reflects light either way",
         items=[
             ("VISIBLE", "Visible", "Every mesh object that a render of this view layer shows"),

@@ -44,5 +44,9 @@ class UnreadableFileError(DetpError):
     """A scene file is missing, unreadable, not a .blend, or from a newer Blender."""
 
 
+class SceneBusyError(DetpError):
+    """Blender cannot evaluate the scene now, because it is rendering already."""
+
+
 class UnwritableFileError(DetpError):
     """An output cannot be written."""

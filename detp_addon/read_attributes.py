@@ -1,0 +1,87 @@
+"""Reads mesh data that shaders ask for, as one row per face corner."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .findings import Findings
+
+#: attribute type -> (property to read, numbers in it, their type)
+_LAYOUTS = {
+    "FLOAT": ("value", 1, np.float32),
+    "INT": ("value", 1, np.int32),
+    "INT8": ("value", 1, np.int32),
+    "BOOLEAN": ("value", 1, bool),
+    "FLOAT2": ("vector", 2, np.float32),
+    "FLOAT_VECTOR": ("vector", 3, np.float32),
+    "FLOAT_COLOR": ("color", 4, np.float32),
+    "BYTE_COLOR": ("color", 4, np.float32),
+}
+
+
+def corner_values(mesh, key: tuple[str, str], corner_vertices: np.ndarray, findings: Findings) -> np.ndarray:
+    """The values (corners, 3 or 4) of ``key``, a pair of kind and name.
+
+    ("uv", name) and ("attribute", name) take the layer that renders when the name is ""; ("position", "Object" or
+    "Generated") are coordinates. What the mesh does not have is zero, as in Cycles.
+    """
+    kind, name = key
+    if kind == "position":
+        return _positions(mesh, name)[corner_vertices]
+    if kind == "uv" and not name:
+        name = next((layer.name for layer in mesh.uv_layers if layer.active_render), "")
+    if kind == "attribute" and not name:
+        name = mesh.attributes.default_color_name
+    values = attribute_at_corners(mesh, name, corner_vertices)
+    if values is None:
+        if kind == "attribute":
+            findings.warn("attributes that shaders ask for and meshes do not have count as black: {}", "name", name)
+        values = np.zeros((len(corner_vertices), 1), np.float32)
+    return _padded(values, 3) if kind == "uv" else _as_rgba(values)
+
+
+def attribute_at_corners(mesh, name: str, corner_vertices: np.ndarray) -> np.ndarray | None:
+    """An attribute's values (corners, numbers in it), None when the mesh has none that can be read."""
+    layer = mesh.attributes.get(name) if name else None
+    if layer is None or layer.data_type not in _LAYOUTS:
+        return None
+    prop, width, dtype = _LAYOUTS[layer.data_type]
+    values = np.zeros(len(layer.data) * width, dtype)
+    layer.data.foreach_get(prop, values)
+    values = values.reshape(-1, width)
+    if layer.domain == "POINT":
+        return values[corner_vertices]
+    if layer.domain == "FACE":
+        return np.repeat(values, face_sizes(mesh), axis=0)
+    return values if layer.domain == "CORNER" else None
+
+
+def face_sizes(mesh) -> np.ndarray:
+    """Number of corners (faces,) of each face."""
+    sizes = np.empty(len(mesh.polygons), np.int32)
+    mesh.polygons.foreach_get("loop_total", sizes)
+    return sizes
+
+
+def _positions(mesh, space: str) -> np.ndarray:
+    values = np.empty(3 * len(mesh.vertices), np.float32)
+    mesh.vertices.foreach_get("co", values)
+    values = values.reshape(-1, 3)
+    if space == "Object":
+        return values
+    centre, half = np.array(mesh.texspace_location), np.array(mesh.texspace_size)
+    return (values - centre + half) / np.where(half == 0.0, 1.0, 2.0 * half)
+
+
+def _padded(values: np.ndarray, width: int) -> np.ndarray:
+    return np.pad(values[:, :width].astype(np.float32), ((0, 0), (0, max(width - values.shape[1], 0))))
+
+
+def _as_rgba(values: np.ndarray) -> np.ndarray:
+    """RGBA of one number (grey), two, three or four; alpha is 1 where there is none."""
+    rgba = np.ones((len(values), 4), np.float32)
+    width = values.shape[1]
+    rgba[:, :3] = values if width == 1 else _padded(values, 3)
+    if width == 4:
+        rgba[:, 3] = values[:, 3]
+    return rgba

@@ -1,0 +1,88 @@
+"""Reads Blender's images as linear light."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .findings import Findings
+from .texture_pyramid import TexturePyramid, srgb_to_linear
+
+#: colour spaces whose byte values are linear already; others but sRGB are decoded as sRGB
+_LINEAR_SPACES = ("Non-Color", "Linear", "Raw", "ACEScg", "Utility - Linear", "Utility - Raw")
+
+#: what a missing image shows instead: Blender's default grey
+MISSING = np.array([0.8, 0.8, 0.8, 1.0])
+
+
+class Images:
+    """The textures of a scene, each read once. What cannot be read is named in ``findings``."""
+
+    def __init__(self, findings: Findings):
+        self._findings = findings
+        self._known: dict[int, TexturePyramid] = {}
+
+    def texture(self, image) -> TexturePyramid:
+        """The image as a pyramid; grey when there is none, it is missing or moves."""
+        if image is None:
+            self._findings.warn("image textures without an image count as grey: {}", "node", "no image chosen")
+            return _plain(MISSING)
+        pointer = image.as_pointer()
+        if pointer not in self._known:
+            self._known[pointer] = self._read(image)
+        return self._known[pointer]
+
+    def _read(self, image) -> TexturePyramid:
+        if image.source in ("SEQUENCE", "MOVIE", "VIEWER"):
+            self._findings.warn("moving and rendered images count as grey: {}", "image", image.name)
+            return _plain(MISSING)
+        if image.source == "TILED":
+            self._findings.warn("only the first tile is read of {}", "tiled image", image.name)
+        pixels = _pixels(image)
+        if pixels is None:
+            self._findings.warn("missing images count as grey: {}", "image", image.name)
+            return _plain(MISSING)
+        self._findings.modelled("{}, averaged over each triangle", "image texture", image.name)
+        return _linear(image, pixels)
+
+
+def _plain(rgba: np.ndarray) -> TexturePyramid:
+    return TexturePyramid.of(rgba[None, None, :], associated=True)
+
+
+def _pixels(image) -> np.ndarray | None:
+    """The image's values as stored (H, W, 1 to 4), row 0 at the bottom; None when the file is missing."""
+    had_data = image.has_data
+    width, height = image.size
+    channels = image.channels
+    count = len(image.pixels) if width and height else 0
+    if count == 0 or count != width * height * channels:
+        return None
+    values = np.empty(count, np.float32)
+    image.pixels.foreach_get(values)
+    if not had_data:
+        image.buffers_free()
+    return values.reshape(height, width, channels)
+
+
+def _linear(image, pixels: np.ndarray) -> TexturePyramid:
+    channels = pixels.shape[2]
+    rgb = np.repeat(pixels[..., :1], 3, axis=2) if channels < 3 else pixels[..., :3]
+    has_alpha = channels in (2, 4) and image.alpha_mode != "NONE"
+    alpha = pixels[..., -1:] if has_alpha else np.ones_like(rgb[..., :1])
+    space = image.colorspace_settings.name
+    # Blender hands out float images as linear, associated colours and byte images as they are stored.
+    if image.is_float:
+        if has_alpha and image.alpha_mode != "CHANNEL_PACKED":
+            rgb = np.divide(rgb, alpha, out=rgb.copy(), where=alpha > 0)
+    elif not space.startswith(_LINEAR_SPACES):
+        rgb = _decoded(rgb)
+    data = space in ("Non-Color", "Raw")
+    associated = has_alpha and image.alpha_mode != "CHANNEL_PACKED" and not data
+    rgba = np.concatenate([np.nan_to_num(rgb), np.nan_to_num(alpha)], axis=2)
+    return TexturePyramid.of(rgba, associated)
+
+
+def _decoded(rgb: np.ndarray) -> np.ndarray:
+    """Linear values of bytes that Blender hands out as floats: 256 of them, so a table does it."""
+    table = srgb_to_linear(np.arange(256) / 255.0).astype(np.float32)
+    return table[np.clip(np.rint(rgb * 255.0), 0, 255).astype(np.uint8)]

@@ -1,0 +1,152 @@
+"""Walks through everything that a render shows: meshes with their instances, lamps and the world."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import bpy
+import numpy as np
+
+from ..core.lights.light import Light
+from .estimation_points import ElementPoints, place_points
+from .findings import Findings
+from .read_lights import read_light
+from .read_materials import Materials
+from .read_meshes import MeshSurface, read_mesh, respond
+from .read_shaders import Response
+from .read_world import world_colour
+
+#: kinds of objects that a render shows and that give no mesh
+_NO_MESH = {
+    "CURVES": "hair curves",
+    "POINTCLOUD": "point cloud",
+    "VOLUME": "volume",
+    "GREASEPENCIL": "Grease Pencil object",
+    "GPENCIL": "Grease Pencil object",
+}
+
+
+@dataclass(frozen=True)
+class Placement:
+    """A mesh as it stands in the world: the row of its surface and the matrix (4, 4) that takes it there."""
+
+    surface: int
+    matrix: np.ndarray
+
+
+@dataclass(frozen=True)
+class TargetPoints:
+    """The estimation points of one mesh object, whose evaluated mesh is the surface of that row."""
+
+    object_name: str
+    mesh_name: str
+    surface: int
+    points: ElementPoints
+
+
+@dataclass(frozen=True)
+class RenderedObjects:
+    """What a render shows.
+
+    surfaces    each evaluated mesh once; responses: what its triangles do to light
+    placements  where they stand
+    targets     the objects to bake
+    lights      lamps
+    radiance    (3,) of a world of one colour, None when ``world`` must be looked at
+    """
+
+    surfaces: list[MeshSurface] = field(default_factory=list)
+    responses: list[Response] = field(default_factory=list)
+    placements: list[Placement] = field(default_factory=list)
+    targets: list[TargetPoints] = field(default_factory=list)
+    lights: list[Light] = field(default_factory=list)
+    radiance: np.ndarray | None = None
+    world: bpy.types.World | None = None
+
+
+def read_instances(depsgraph, wanted: set | None, domain: str, findings: Findings) -> RenderedObjects:
+    """Read all objects of an evaluated scene; ``wanted`` are the original objects to bake, None for all meshes."""
+    layer = depsgraph.view_layer_eval
+    world = getattr(layer, "world_override", None) or depsgraph.scene_eval.world
+    read = RenderedObjects(
+        radiance=world_colour(world, layer, findings), world=world.original if world is not None else None
+    )
+    materials = Materials(findings)
+    rows: dict[tuple, int] = {}
+    for instance in depsgraph.object_instances:
+        obj = instance.object
+        if obj.type in _NO_MESH:
+            findings.left_out("{}", _NO_MESH[obj.type], obj.name)
+        if obj.type not in ("MESH", "LIGHT") or not instance.show_self:
+            continue
+        if not _seen(instance, findings):
+            continue
+        matrix = np.array(instance.matrix_world, np.float64)
+        if obj.type == "LIGHT":
+            _add_light(read.lights, obj, matrix, findings)
+            continue
+        slots = [layer.material_override] * bool(layer.material_override) or _slots(obj)
+        key = (obj.data.as_pointer(), *(slot.as_pointer() if slot else 0 for slot in slots))
+        if key not in rows:
+            rows[key] = len(read.surfaces)
+            read.surfaces.append(read_mesh(obj.data, slots, materials, findings, obj.name))
+        _add_mesh(read, instance, rows[key], matrix, wanted, domain, findings)
+    read.responses.extend(respond(read.surfaces, materials))
+    return read
+
+
+def _seen(instance, findings: Findings) -> bool:
+    """Whether diffuse light meets the object; an instance is seen as its instancer allows."""
+    obj = instance.object
+    owners = [obj, instance.parent] if instance.is_instance and instance.parent is not None else [obj]
+    if not all(owner.visible_diffuse for owner in owners):
+        findings.left_out("{}, hidden from diffuse light", "object", obj.name)
+        return False
+    if obj.type == "MESH" and not all(owner.visible_shadow for owner in owners):
+        findings.left_out("light that passes through {} that cast no shadow in Cycles", "object", obj.name)
+    return True
+
+
+def _slots(obj) -> list:
+    """The materials (None where empty) of an evaluated object, or of the mesh that geometry nodes instance for it."""
+    slots = list(obj.material_slots)
+    meshes = list(obj.data.materials)
+    return [
+        slots[row].material if row < len(slots) and (slots[row].link == "OBJECT" or row >= len(meshes)) else meshes[row]
+        for row in range(max(len(slots), len(meshes)))
+    ]
+
+
+def _add_light(lights: list[Light], obj, matrix: np.ndarray, findings: Findings) -> None:
+    light = read_light(obj, matrix, findings)
+    if light is not None:
+        # The running number keeps instances of one lamp apart.
+        findings.modelled("{}", f"{obj.data.type.lower()} light", str(len(lights)))
+        lights.append(light)
+
+
+def _add_mesh(read: RenderedObjects, instance, row: int, matrix: np.ndarray, wanted, domain, findings) -> None:
+    obj = instance.object
+    original = obj.original
+    surface = read.surfaces[row]
+    if not np.isfinite(matrix).all():
+        findings.warn("objects whose place is not a number are left out: {}", "object", obj.name)
+        return
+    read.placements.append(Placement(row, matrix))
+    if instance.is_instance:
+        # Curves and texts come as instances of themselves.
+        if instance.parent is not None and instance.parent.original != original:
+            findings.modelled("{}", "instance", str(len(read.placements)))
+        return
+    if any(system.settings.type == "HAIR" and system.settings.render_type == "PATH" for system in obj.particle_systems):
+        findings.left_out("hair of {}", "object", obj.name)
+    if wanted is not None and original not in wanted:
+        return
+    if original.type != "MESH" or original.data.is_editmode:
+        if original.type == "MESH":
+            findings.warn("{} open in Edit Mode cannot be baked", "object", obj.name)
+        return
+    points = place_points(original, obj.data, surface, matrix, domain)
+    if points.nearest and len(points.rows):
+        findings.warn("light is taken from the nearest point of the surface after modifiers for {}", "object", obj.name)
+    read.targets.append(TargetPoints(original.name, original.data.name, row, points))

@@ -1,0 +1,139 @@
+"""Reads materials: what the triangles of all meshes reflect, give off and let through."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .findings import Findings
+from .read_colour_nodes import COLOUR_RULES
+from .read_images import Images
+from .read_input_nodes import INPUT_RULES
+from .read_node_graph import Feed, node_tree, output_feed
+from .read_shaders import DEFAULT_ALBEDO, Response, Shaders
+from .read_values import Values
+from .surface_places import PATCHES, Patches, Probe
+
+RULES = {**INPUT_RULES, **COLOUR_RULES}
+
+#: triangles evaluated at once
+_CHUNK = 1 << 14
+
+#: how far rounding may push a share above 1 without a word
+_ROUNDING = 1e-4
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """How to find out what a material does to light.
+
+    name   of the material, "" for none
+    fixed  its response (1, 3 each) when no nodes make it
+    feed   of the output's surface otherwise, None when nothing is linked there
+    needs  the mesh data its nodes ask for; empty when it is the same everywhere
+    """
+
+    name: str
+    fixed: Response | None = None
+    feed: Feed | None = None
+    needs: frozenset[tuple[str, str]] = frozenset()
+
+
+class Materials:
+    """Knows each material's recipe, and evaluates it. What cannot be honoured is named in ``findings``."""
+
+    def __init__(self, findings: Findings):
+        self._findings = findings
+        self._images = Images(findings)
+        self._recipes: dict[int, Recipe] = {0: Recipe("", fixed=Response.of(albedo=DEFAULT_ALBEDO))}
+
+    def recipe(self, material) -> Recipe:
+        """How to evaluate an evaluated material, or None for a slot without one."""
+        pointer = material.as_pointer() if material else 0
+        if pointer not in self._recipes:
+            self._recipes[pointer] = _recipe(material)
+        return self._recipes[pointer]
+
+    def note(self, material) -> None:
+        """Name what a material in use has that is not read at all."""
+        tree = node_tree(material)
+        output = tree.get_output_node("CYCLES") if tree else None
+        if output is None:
+            return
+        for name, sentence in (("Volume", "volumes of {}"), ("Displacement", "displacement of {}")):
+            if output.inputs[name].is_linked:
+                self._findings.left_out(sentence, "material", material.name)
+
+    def evaluate(self, recipe: Recipe, corners: dict[tuple[str, str], np.ndarray], count: int) -> Response:
+        """The mean response (count, 3 each) of each triangle, from the recipe's needs at its corners (count, 3, c)."""
+        if recipe.fixed is not None:
+            return _repeated(recipe.fixed, count)
+        if not recipe.needs:
+            return _repeated(self._physical(self._raw(recipe, {}), recipe.name), count)
+        parts = []
+        for start in range(0, count, _CHUNK):
+            rows = slice(start, min(start + _CHUNK, count))
+            raw = self._raw(recipe, {key: values[rows] for key, values in corners.items()})
+            parts.append(self._physical(_triangle_means(raw, rows.stop - rows.start), recipe.name))
+        return Response(*(np.concatenate(arrays) for arrays in zip(*map(_arrays, parts), strict=True)))
+
+    def _raw(self, recipe: Recipe, corners) -> Response:
+        def unknown(feature):
+            self._findings.warn(f"a plain value takes the place of {feature} in {{}}", "material", recipe.name)
+
+        def left_out(sentence):
+            self._findings.left_out(sentence, "material", recipe.name)
+
+        if recipe.feed is None:
+            return Response.of()
+        with np.errstate(all="ignore"):
+            return Shaders(Values(Patches(corners, self._images, unknown), RULES), left_out).response(recipe.feed)
+
+    def _physical(self, raw: Response, name: str) -> Response:
+        """The response with shares brought into 0..1 and together to at most 1 in each channel."""
+        findings = self._findings
+        unknown = ~np.isfinite(np.concatenate(_arrays(raw))).all()
+        if unknown:
+            findings.warn("values that are not numbers count as grey or none in {}", "material", name)
+        albedo = np.nan_to_num(raw.albedo, nan=DEFAULT_ALBEDO, posinf=1.0, neginf=0.0)
+        through = np.nan_to_num(raw.transmittance, nan=0.0, posinf=1.0, neginf=0.0)
+        emission = np.nan_to_num(raw.emission, nan=0.0, posinf=0.0, neginf=0.0)
+        most = 1.0 + _ROUNDING
+        if max(albedo.max(initial=0.0), through.max(initial=0.0), (albedo + through).max(initial=0.0)) > most:
+            findings.warn("colours that give off more light than arrives are scaled down in {}", "material", name)
+        albedo, through = np.clip(albedo, 0.0, 1.0), np.clip(through, 0.0, 1.0)
+        total = np.maximum(albedo + through, 1.0)
+        if emission.any():
+            findings.modelled("emission of {}", "material", name)
+        if through.any():
+            findings.modelled("light passing straight through {}", "material", name)
+        return Response(albedo / total, emission, through / total)
+
+
+def _recipe(material) -> Recipe:
+    tree = node_tree(material)
+    if tree is None:
+        return Recipe(material.name, fixed=Response.of(albedo=np.clip(tuple(material.diffuse_color)[:3], 0.0, 1.0)))
+    feed = output_feed(tree)
+    if feed is None:
+        through = 1.0 if output_feed(tree, "Volume") else 0.0
+        return Recipe(material.name, fixed=Response.of(transmittance=through))
+    probe = Probe()
+    with np.errstate(all="ignore"):
+        Shaders(Values(probe, RULES), lambda sentence: None).response(feed)
+    return Recipe(material.name, feed=feed, needs=frozenset(probe.attributes))
+
+
+def _arrays(response: Response) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    return response.albedo, response.emission, response.transmittance
+
+
+def _repeated(response: Response, count: int) -> Response:
+    return Response(*(np.repeat(array, count, axis=0) for array in _arrays(response)))
+
+
+def _triangle_means(raw: Response, count: int) -> Response:
+    """Means (count, 3) over the patches of each triangle."""
+    shape = (count, len(PATCHES), 3)
+    return Response(*(np.broadcast_to(a, (count * len(PATCHES), 3)).reshape(shape).mean(axis=1) for a in _arrays(raw)))

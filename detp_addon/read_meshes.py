@@ -1,0 +1,118 @@
+"""Reads evaluated meshes: each once, in its own space, however often it stands in the scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .findings import Findings
+from .read_attributes import corner_values
+from .read_materials import Materials, Recipe
+from .read_shaders import Response
+from .triangle_geometry import has_area
+
+
+@dataclass(frozen=True)
+class MeshSurface:
+    """An evaluated mesh with its materials, in its own space.
+
+    vertices    (V, 3) metres; those that are not finite are zero, and belong to no triangle that is kept
+    triangles   (T, 3) vertex of each triangle corner
+    corners     (T, 3) face corner of each triangle corner
+    kept        (T,) whether the triangle has finite vertices and an area
+    recipe_rows (T,) which of ``recipes`` it has
+    attributes  what the recipes need, one row per face corner
+    """
+
+    vertices: np.ndarray
+    triangles: np.ndarray
+    corners: np.ndarray
+    kept: np.ndarray
+    recipes: tuple[Recipe, ...]
+    recipe_rows: np.ndarray
+    attributes: dict[tuple[str, str], np.ndarray]
+
+
+def read_mesh(mesh, slots: list, materials: Materials, findings: Findings, name: str) -> MeshSurface:
+    """The ``mesh`` of the object ``name`` with the materials of its ``slots`` (None where empty)."""
+    vertices, corner_vertices = vertex_positions(mesh), corner_vertex_indices(mesh)
+    finite = np.isfinite(vertices).all(axis=1)
+    mesh.calc_loop_triangles()
+    corners = _triangle_numbers(mesh, "loops", 3).reshape(-1, 3)
+    triangles = corner_vertices[corners]
+    whole = finite[triangles].all(axis=1)
+    if not whole.all():
+        findings.warn("faces with vertices that are not numbers are left out of {}", "object", name)
+    vertices = np.where(finite[:, None], vertices, 0.0)
+    recipes, rows = _recipes(mesh, slots, materials, len(triangles))
+    needs = sorted(set().union(*(recipe.needs for recipe in recipes)))
+    return MeshSurface(
+        vertices,
+        triangles,
+        corners,
+        whole & has_area(vertices[triangles]),
+        recipes,
+        rows,
+        {key: corner_values(mesh, key, corner_vertices, findings) for key in needs},
+    )
+
+
+def vertex_positions(mesh) -> np.ndarray:
+    """Positions (V, 3) in the mesh's own space."""
+    values = np.empty(3 * len(mesh.vertices), np.float32)
+    mesh.vertices.foreach_get("co", values)
+    return values.astype(np.float64).reshape(-1, 3)
+
+
+def corner_vertex_indices(mesh) -> np.ndarray:
+    """The vertex (C,) of each face corner."""
+    values = np.empty(len(mesh.loops), np.int32)
+    mesh.loops.foreach_get("vertex_index", values)
+    return values
+
+
+def respond(surfaces: list[MeshSurface], materials: Materials) -> list[Response]:
+    """What the triangles of each surface do to light, (T, 3) each; all triangles of a material at once."""
+    responses = [Response(*np.zeros((3, len(surface.triangles), 3))) for surface in surfaces]
+    wearers: dict[int, tuple[Recipe, list]] = {}
+    for surface, response in zip(surfaces, responses, strict=True):
+        for row in np.unique(surface.recipe_rows):
+            recipe = surface.recipes[row]
+            rows = np.flatnonzero(surface.recipe_rows == row)
+            wearers.setdefault(id(recipe), (recipe, []))[1].append((surface, response, rows))
+    for recipe, parts in wearers.values():
+        corners = {
+            key: np.concatenate([surface.attributes[key][surface.corners[rows]] for surface, _, rows in parts])
+            for key in recipe.needs
+        }
+        whole = materials.evaluate(recipe, corners, sum(len(rows) for _, _, rows in parts))
+        start = 0
+        for _, response, rows in parts:
+            here = slice(start, start + len(rows))
+            response.albedo[rows] = whole.albedo[here]
+            response.emission[rows] = whole.emission[here]
+            response.transmittance[rows] = whole.transmittance[here]
+            start = here.stop
+    return responses
+
+
+def _recipes(mesh, slots: list, materials: Materials, count: int) -> tuple[tuple[Recipe, ...], np.ndarray]:
+    """The recipes of the slots, and which of them each triangle has."""
+    layer = mesh.attributes.get("material_index")
+    if len(slots) < 2 or layer is None or layer.domain != "FACE" or count == 0:
+        rows = np.zeros(count, np.int64)
+    else:
+        indices = np.empty(len(mesh.polygons), np.int32)
+        layer.data.foreach_get("value", indices)
+        rows = np.clip(indices, 0, len(slots) - 1)[_triangle_numbers(mesh, "polygon_index", 1)]
+    for row in np.unique(rows):
+        if slots and slots[row] is not None:
+            materials.note(slots[row])
+    return tuple(materials.recipe(slot) for slot in slots or [None]), rows
+
+
+def _triangle_numbers(mesh, prop: str, width: int) -> np.ndarray:
+    values = np.empty(width * len(mesh.loop_triangles), np.int32)
+    mesh.loop_triangles.foreach_get(prop, values)
+    return values

@@ -1,0 +1,80 @@
+"""Finds what feeds a node's input: through reroutes, muted nodes and node groups."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import bpy
+
+
+@dataclass(frozen=True)
+class Feed:
+    """Where the value of an input comes from.
+
+    socket  the output that gives it; or, where nothing is linked, the input whose own value counts
+    node    the node of that output, None when nothing is linked
+    groups  the group nodes around ``node``, outermost first
+    """
+
+    socket: bpy.types.NodeSocket
+    node: bpy.types.Node | None
+    groups: tuple[bpy.types.Node, ...]
+
+    @property
+    def key(self) -> tuple[int, ...]:
+        """The same for feeds from the same place."""
+        return (self.socket.as_pointer(), *(group.as_pointer() for group in self.groups))
+
+
+def node_tree(owner) -> bpy.types.NodeTree | None:
+    """The node tree that a material, world or light is made by, None when it uses its plain settings."""
+    # From 5.0 on everything uses nodes, and asking whether it does is deprecated.
+    if bpy.app.version < (5, 0) and not owner.use_nodes:
+        return None
+    return owner.node_tree
+
+
+def output_feed(tree, name: str = "Surface") -> Feed | None:
+    """What feeds the input ``name`` of the output node that Cycles uses, None when nothing does."""
+    output = tree.get_output_node("CYCLES")
+    if output is None:
+        return None
+    feed = feed_of(output.inputs[name], ())
+    return feed if feed.node is not None else None
+
+
+def find_input(node, identifier: str):
+    """The input socket of that identifier, or None where this version of Blender has none."""
+    return next((socket for socket in node.inputs if socket.identifier == identifier), None)
+
+
+def feed_of(socket, groups: tuple[bpy.types.Node, ...]) -> Feed:
+    """What feeds the input ``socket`` of a node inside ``groups``."""
+    while True:
+        link = next((link for link in socket.links if link.is_valid and not link.is_muted), None)
+        if link is None:
+            return Feed(socket, None, groups)
+        node, source = link.from_node, link.from_socket
+        if node.bl_idname == "NodeReroute":
+            socket = node.inputs[0]
+        elif node.mute:
+            through = next((inner for inner in node.internal_links if inner.to_socket == source), None)
+            if through is None:
+                return Feed(source, None, groups)
+            socket = through.from_socket
+        elif node.bl_idname == "NodeGroupInput" and groups:
+            socket = find_input(groups[-1], source.identifier)
+            groups = groups[:-1]
+        elif node.bl_idname == "ShaderNodeGroup" and (inside := _group_result(node, source.identifier)) is not None:
+            socket = inside
+            groups = (*groups, node)
+        else:
+            return Feed(source, node, groups)
+
+
+def _group_result(group, identifier: str):
+    """The input, inside the group, that its output ``identifier`` shows; None when there is none."""
+    nodes = group.node_tree.nodes if group.node_tree else ()
+    outputs = [node for node in nodes if node.bl_idname == "NodeGroupOutput"]
+    output = next((node for node in outputs if node.is_active_output), None)
+    return find_input(output, identifier) if output else None

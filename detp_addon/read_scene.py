@@ -1,0 +1,183 @@
+"""Reads a Blender scene as a render sees it: triangles, lights, and the points where light is wanted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from ..core.errors import EditModeError, NoLightError, NoMeshError
+from ..core.lights.environment import EnvironmentWorld
+from ..core.lights.light import Light
+from ..core.lights.world import UniformWorld
+from ..core.scene import Scene
+from .estimation_points import ElementPoints
+from .findings import Findings
+from .read_instances import RenderedObjects, read_instances
+from .read_shaders import DEFAULT_ALBEDO
+from .render_view import view_as_render
+from .triangle_geometry import determinant, has_area
+from .world_picture import world_picture
+
+#: an object whose volume scales by less than this share of its largest scale cubed may have lost triangles
+_FLAT = 1e-6
+
+
+@dataclass(frozen=True)
+class BakeTarget:
+    """One mesh object to bake, by names, since Blender's own objects may go while a bake runs.
+
+    domain      CORNER or POINT; E is the number of those elements of the mesh before modifiers
+    point_rows  (E,) the estimation point of each element, -1 for none
+    albedo      (E, 3) and emission (E, 3) in W/(m^2 sr) of the surface there
+    """
+
+    object_name: str
+    mesh_name: str
+    domain: str
+    point_rows: np.ndarray
+    albedo: np.ndarray
+    emission: np.ndarray
+
+
+@dataclass(frozen=True)
+class ExportedScene:
+    """What was read: the core's scene, what to bake, and what a person should know.
+
+    centres    (N, 3) metres and normals (N, 3) unit: the estimation points of all targets
+    modelled   features that were found and are honoured; left_out: those that are not; warnings: one sentence each
+    objects    mesh objects and instances in the scene; triangles; lights (lamps and the world)
+    """
+
+    scene: Scene
+    targets: tuple[BakeTarget, ...]
+    centres: np.ndarray
+    normals: np.ndarray
+    modelled: tuple[str, ...]
+    left_out: tuple[str, ...]
+    warnings: tuple[str, ...]
+    objects: int
+    triangles: int
+    lights: int
+
+
+def read_scene(
+    context_scene: bpy.types.Scene,
+    view_layer: bpy.types.ViewLayer,
+    targets: list[bpy.types.Object] | None,
+    domain: str,
+) -> ExportedScene:
+    """Read ``context_scene`` as a render of ``view_layer`` sees it now.
+
+    ``targets`` are the objects to bake, None for every mesh object that the render shows; ``domain`` is CORNER or
+    POINT. Blender's data are afterwards as they were.
+
+    Raises NoMeshError when nothing can be baked, EditModeError when all that could is open in Edit Mode, NoLightError
+    when nothing gives light, SceneBusyError while Blender renders, and InvalidArrayError on numbers that are out of
+    range.
+    """
+    findings = Findings()
+    wanted = None if targets is None else _bakeable(targets, findings)
+    read = view_as_render(
+        context_scene, view_layer, lambda depsgraph: read_instances(depsgraph, wanted, domain, findings)
+    )
+    scene = _scene(read, _world_light(read, context_scene, view_layer, findings))
+    baked, centres, normals = _targets(read, domain)
+    if targets is not None:
+        _name_missing(wanted, {target.object_name for target in baked}, findings)
+    if len(centres) == 0:
+        raise NoMeshError("There is nothing to bake: choose mesh objects with faces that a render shows.")
+    modelled, left_out, warnings = findings.sentences()
+    return ExportedScene(
+        scene, baked, centres, normals, modelled, left_out, warnings,
+        objects=len(read.placements), triangles=len(scene.triangles), lights=len(scene.lights),
+    )  # fmt: skip
+
+
+def _bakeable(targets: list[bpy.types.Object], findings: Findings) -> set[bpy.types.Object]:
+    """The targets that are meshes outside Edit Mode."""
+    meshes = [obj for obj in targets if obj.type == "MESH"]
+    editing = [obj for obj in meshes if obj.data.is_editmode]
+    for obj in targets:
+        if obj.type != "MESH":
+            findings.warn("only mesh objects can be baked, not {}", "object", obj.name)
+    if meshes and len(editing) == len(meshes):
+        names = ", ".join(f"'{obj.name}'" for obj in editing[:3])
+        raise EditModeError(f"All meshes to bake are open in Edit Mode ({names}): leave Edit Mode and bake again.")
+    return set(meshes)
+
+
+def _name_missing(wanted: set[bpy.types.Object], baked: set[str], findings: Findings) -> None:
+    for name in sorted(obj.name for obj in wanted if not obj.data.is_editmode):
+        if name not in baked:
+            findings.warn("a render does not show {}, so there is no light to bake", "object", name)
+
+
+def _world_light(read: RenderedObjects, context_scene, view_layer, findings: Findings) -> list[Light]:
+    """The world as a light, none when it is black."""
+    if read.radiance is not None:
+        if not read.radiance.any():
+            return []
+        findings.modelled("a world of one colour")
+        return [UniformWorld(read.radiance)]
+    picture = world_picture(read.world, context_scene.frame_current)
+    if not picture.any():
+        return []
+    height, width = picture.shape[:2]
+    findings.modelled(f"the world's sky or image, as Cycles shows it in {width} x {height} pixels")
+    return [EnvironmentWorld(picture)]
+
+
+def _scene(read: RenderedObjects, world: list[Light]) -> Scene:
+    """Everything in world space, without the triangles that have no area there."""
+    vertices, triangles, kept = [np.zeros((0, 3))], [np.zeros((0, 3), np.int64)], []
+    start = 0
+    for placement in read.placements:
+        surface, matrix = read.surfaces[placement.surface], placement.matrix
+        placed = surface.vertices @ matrix[:3, :3].T + matrix[:3, 3]
+        volume = determinant(matrix)
+        keeps = surface.kept
+        if abs(volume) < _FLAT * np.abs(matrix[:3, :3]).max() ** 3:
+            keeps = keeps & has_area(placed[surface.triangles])
+        # A mirrored object turns its triangles inside out.
+        corners = surface.triangles[keeps] if volume >= 0.0 else surface.triangles[keeps][:, ::-1]
+        vertices.append(placed)
+        triangles.append(corners + start)
+        kept.append((read.responses[placement.surface], keeps))
+        start += len(placed)
+
+    def joined(name: str) -> np.ndarray:
+        return np.concatenate([np.zeros((0, 3)), *(getattr(response, name)[keeps] for response, keeps in kept)])
+
+    albedo, emission, transmittance = (joined(name) for name in ("albedo", "emission", "transmittance"))
+    lights = (*read.lights, *world)
+    scene = Scene(np.concatenate(vertices), np.concatenate(triangles), albedo, emission, transmittance, lights)
+    if not scene.lights and not scene.emission.any():
+        raise NoLightError("Nothing in the scene gives light: add a light, an emissive material or a world colour.")
+    return scene
+
+
+def _targets(read: RenderedObjects, domain: str) -> tuple[tuple[BakeTarget, ...], np.ndarray, np.ndarray]:
+    """The objects to bake, and all their estimation points."""
+    targets, centres, normals = [], [np.zeros((0, 3))], [np.zeros((0, 3))]
+    start = 0
+    for target in read.targets:
+        points, response = target.points, read.responses[target.surface]
+        rows = np.where(points.rows >= 0, points.rows + start, -1)
+        albedo = _element_means(points, response.albedo, DEFAULT_ALBEDO)
+        emission = _element_means(points, response.emission, 0.0)
+        targets.append(BakeTarget(target.object_name, target.mesh_name, domain, rows, albedo, emission))
+        centres.append(points.centres)
+        normals.append(points.normals)
+        start += len(points.centres)
+    return tuple(targets), np.concatenate(centres), np.concatenate(normals)
+
+
+def _element_means(points: ElementPoints, values: np.ndarray, missing: float) -> np.ndarray:
+    """Mean (E, 3) of ``values`` (T, 3) over the triangles of each element, ``missing`` where it has none."""
+    size = len(points.rows)
+    counts = np.bincount(points.elements, minlength=size)
+    sums = [np.bincount(points.elements, values[points.triangles, channel], size) for channel in range(3)]
+    means = np.stack(sums, axis=1) / np.maximum(counts, 1)[:, None]
+    return np.where(counts[:, None] > 0, means, missing)

@@ -1,0 +1,105 @@
+"""Evaluates the colours and numbers that shader nodes make, for many places of a surface at once."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from .read_node_graph import Feed, feed_of, find_input
+
+#: Rec. 709 luminance, by which Cycles turns a colour into a number
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+
+#: coordinates of which nothing is known: an image is then taken as its mean
+UNKNOWN = np.full((1, 3), np.nan)
+
+
+class Places(Protocol):
+    """Where nodes are evaluated: m places on a surface, or (m = 1) nowhere in particular."""
+
+    def uv(self, name: str) -> np.ndarray:
+        """Texture coordinates (m, 3) of the UV map ``name``, "" for the one that renders."""
+        ...
+
+    def attribute(self, name: str) -> np.ndarray:
+        """Attribute ``name`` (m, 4) as RGBA, "" for the colour attribute that renders."""
+        ...
+
+    def position(self, space: str) -> np.ndarray:
+        """Coordinates (m, 3): "Object" or "Generated"."""
+        ...
+
+    def image(self, node, coordinates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Colour (m, 3) and alpha (m, 1) of an image texture node."""
+        ...
+
+    def unknown(self, feature: str) -> None:
+        """A node was met whose work is not known; it counts as its stand-in."""
+        ...
+
+
+class Values:
+    """The values of node sockets at some ``places``: numbers as (m or 1, 1), colours and vectors as (m or 1, 3).
+
+    ``rules`` maps a node's type to a function (values, node, output, groups) that gives the output's value, or None
+    when it cannot; the input that it feeds then keeps the value set in its own socket.
+    """
+
+    def __init__(self, places: Places, rules: dict):
+        self.places = places
+        self._rules = rules
+        self._known: dict[tuple[int, ...], np.ndarray | None] = {}
+
+    def input(self, node, identifier: str, groups: tuple) -> np.ndarray:
+        """The value of an input, converted to the input's type."""
+        socket = find_input(node, identifier)
+        feed = feed_of(socket, groups)
+        value = self._value(feed)
+        if value is None:
+            return constant(socket)
+        return converted(value, feed.socket.type, socket.type)
+
+    def linked(self, node, identifier: str, groups: tuple) -> bool:
+        """Whether another node gives the input's value."""
+        socket = find_input(node, identifier)
+        return socket is not None and feed_of(socket, groups).node is not None
+
+    def _value(self, feed: Feed) -> np.ndarray | None:
+        if feed.node is None:
+            return constant(feed.socket)
+        if feed.key not in self._known:
+            self._known[feed.key] = self._evaluated(feed)
+        return self._known[feed.key]
+
+    def _evaluated(self, feed: Feed) -> np.ndarray | None:
+        rule = self._rules.get(feed.node.bl_idname)
+        value = rule(self, feed.node, feed.socket, feed.groups) if rule else None
+        if value is None:
+            self.places.unknown(described(feed.node))
+        return value
+
+
+def constant(socket) -> np.ndarray:
+    """The value set in a socket: (1, 1) for numbers, (1, 3) for colours and vectors."""
+    value = getattr(socket, "default_value", 0.0)
+    if socket.type in ("RGBA", "VECTOR"):
+        return np.array(value, dtype=np.float64)[None, :3]
+    return np.array([[float(value)]]) if isinstance(value, (int, float, bool)) else np.zeros((1, 1))
+
+
+def converted(value: np.ndarray, source: str, target: str) -> np.ndarray:
+    """``value`` of the socket type ``source`` as Cycles hands it to an input of the type ``target``."""
+    wide = target in ("RGBA", "VECTOR")
+    if wide:
+        return np.repeat(value, 3, axis=1) if value.shape[1] == 1 else value
+    if value.shape[1] == 1:
+        return value
+    return value @ LUMINANCE[:, None] if source == "RGBA" else value.mean(axis=1, keepdims=True)
+
+
+def described(node) -> str:
+    """A node's name for people."""
+    kind = getattr(node, "operation", None) or getattr(node, "blend_type", None) or getattr(node, "sky_type", None)
+    label = node.bl_label or node.bl_idname
+    return f"{label} ({kind.replace('_', ' ').lower()})" if kind else label

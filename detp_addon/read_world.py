@@ -1,0 +1,37 @@
+"""Reads the world: one colour where its nodes say so, otherwise a picture of the sky made by Cycles."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .findings import Findings
+from .read_materials import RULES
+from .read_node_graph import node_tree, output_feed
+from .read_shaders import Shaders
+from .read_values import Values
+from .surface_places import Nowhere, WhereaboutsUnknown
+
+
+def world_colour(world, view_layer, findings: Findings) -> np.ndarray | None:
+    """The radiance (3,) of an evaluated world that is the same in all directions, None when it is not.
+
+    A world that is missing, or that diffuse light does not see, is black.
+    """
+    if world is None:
+        return np.zeros(3)
+    visibility = getattr(world, "cycles_visibility", None)
+    if not view_layer.use_sky or (visibility and not visibility.diffuse):
+        findings.left_out("the world, which is hidden from diffuse light")
+        return np.zeros(3)
+    tree = node_tree(world)
+    if tree is None:
+        return np.array(world.color, np.float64)
+    if output_feed(tree, "Volume"):
+        findings.left_out("the world's volume")
+    feed = output_feed(tree)
+    if feed is None:
+        return np.zeros(3)
+    try:
+        return Shaders(Values(Nowhere(), RULES), lambda sentence: None).response(feed).emission[0]
+    except WhereaboutsUnknown:
+        return None

@@ -1,0 +1,125 @@
+"""Where materials are evaluated: patches of equal area on triangles, or nowhere, to learn what they need."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .read_images import Images
+
+
+def _patch_centres(rows: int) -> np.ndarray:
+    """Barycentric centres (rows^2, 3) of the equal triangles that ``rows`` cuts along each edge give."""
+    centres = []
+    for i in range(rows):
+        for j in range(rows - i):
+            centres.append((3 * i + 1, 3 * j + 1))
+            if j < rows - i - 1:
+                centres.append((3 * i + 2, 3 * j + 2))
+    first_two = np.array(centres) / (3.0 * rows)
+    return np.concatenate([first_two, 1.0 - first_two.sum(axis=1, keepdims=True)], axis=1)
+
+
+#: barycentric centres (16, 3) of the patches of every triangle
+PATCHES = _patch_centres(4)
+
+#: three patches far apart, and the share of the triangle's area between their centres
+_SPAN = [int(np.argmax(PATCHES[:, corner])) for corner in range(3)]
+_SPAN_AREA = abs(np.linalg.det(PATCHES[_SPAN]))
+
+
+class WhereaboutsUnknown(Exception):  # noqa: N818
+    """A value depends on the place on a surface, where there is none."""
+
+
+@dataclass
+class Probe:
+    """No place at all: notes which ``attributes`` the nodes ask for, and gives zeros."""
+
+    attributes: set[tuple[str, str]] = field(default_factory=set)
+
+    def uv(self, name: str) -> np.ndarray:
+        """Zero, and a note."""
+        self.attributes.add(("uv", name))
+        return np.zeros((1, 3))
+
+    def attribute(self, name: str) -> np.ndarray:
+        """Zero, and a note."""
+        self.attributes.add(("attribute", name))
+        return np.zeros((1, 4))
+
+    def position(self, space: str) -> np.ndarray:
+        """Zero, and a note."""
+        self.attributes.add(("position", space))
+        return np.zeros((1, 3))
+
+    def image(self, node, coordinates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Black; what matters is what the coordinates asked for."""
+        return np.zeros((1, 3)), np.zeros((1, 1))
+
+    def unknown(self, feature: str) -> None:
+        """Nothing: the real evaluation names it."""
+
+
+class Nowhere:
+    """No surface at all, for lights and worlds that are the same everywhere; raises WhereaboutsUnknown otherwise."""
+
+    def uv(self, name: str):
+        """Raise."""
+        raise WhereaboutsUnknown
+
+    attribute = position = unknown = uv
+
+    def image(self, node, coordinates):
+        """Raise."""
+        raise WhereaboutsUnknown
+
+
+class Patches:
+    """The PATCHES of T triangles, whose attributes are given at their corners (T, 3, c)."""
+
+    def __init__(self, corners: dict[tuple[str, str], np.ndarray], images: Images, unknown):
+        self._corners = corners
+        self._images = images
+        self.unknown = unknown
+
+    def uv(self, name: str) -> np.ndarray:
+        """Texture coordinates (16 T, 3)."""
+        return self._spread(("uv", name))
+
+    def attribute(self, name: str) -> np.ndarray:
+        """RGBA (16 T, 4)."""
+        return self._spread(("attribute", name))
+
+    def position(self, space: str) -> np.ndarray:
+        """Coordinates (16 T, 3)."""
+        return self._spread(("position", space))
+
+    def image(self, node, coordinates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Colour (16 T, 3) and alpha (16 T, 1), each averaged over its patch."""
+        texture = self._images.texture(node.image)
+        if node.projection != "FLAT":
+            self.unknown(f"image projection ({node.projection.lower()}), taken as the image's mean")
+            coordinates = np.full_like(coordinates, np.nan)
+        share = _patch_areas(coordinates)
+        rgba = texture.patches(coordinates[:, 0], coordinates[:, 1], share, node.extension)
+        colour, alpha = rgba[:, :3], rgba[:, 3:]
+        if texture.associated and node.outputs["Alpha"].is_linked:
+            # As in Cycles, colours are divided by the alpha only where the alpha is used as well.
+            colour = np.divide(colour, alpha, out=colour.copy(), where=alpha > 0)
+        return colour, alpha
+
+    def _spread(self, key: tuple[str, str]) -> np.ndarray:
+        corners = self._corners[key]
+        return np.einsum("pc,tck->tpk", PATCHES, corners).reshape(-1, corners.shape[2])
+
+
+def _patch_areas(coordinates: np.ndarray) -> np.ndarray:
+    """Area (m,) in texture space that each patch covers, from the spread of its triangle's patches."""
+    if len(coordinates) % len(PATCHES):
+        return np.zeros(len(coordinates))
+    ends = coordinates.reshape(-1, len(PATCHES), 3)[:, _SPAN, :2]
+    first, second = ends[:, 1] - ends[:, 0], ends[:, 2] - ends[:, 0]
+    area = 0.5 * np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
+    return np.repeat(area / _SPAN_AREA / len(PATCHES), len(PATCHES))

@@ -11,10 +11,10 @@ def register() -> None:
     global _command
     import bpy
 
-    from . import command, handlers, operators, panel, properties
+    from . import command, handlers, operators, panel, properties, show_light
 
     properties.register_properties()
-    for cls in (*operators.CLASSES, *panel.CLASSES):
+    for cls in (*operators.CLASSES, *show_light.CLASSES, *panel.CLASSES):
         bpy.utils.register_class(cls)
     handlers.register_handlers()
     _command = command.register_command()
@@ -24,10 +24,10 @@ def unregister() -> None:
     """Take everything away that :func:`register` added; a running bake is cancelled."""
     import bpy
 
-    from . import command, handlers, operators, panel, properties
+    from . import command, handlers, operators, panel, properties, show_light
 
     command.unregister_command(_command)
     handlers.unregister_handlers()
-    for cls in reversed((*operators.CLASSES, *panel.CLASSES)):
+    for cls in reversed((*operators.CLASSES, *show_light.CLASSES, *panel.CLASSES)):
         bpy.utils.unregister_class(cls)
     properties.unregister_properties()

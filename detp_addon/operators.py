@@ -1,4 +1,4 @@
-"""What the panel's buttons do: bake, cancel, show the result, copy the report."""
+"""What the panel's buttons do: bake, cancel, copy the report."""
 
 import math
 
@@ -158,40 +158,6 @@ class DETP_OT_copy_report(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class DETP_OT_show(bpy.types.Operator):
-    """Show the active colour attributes as they are in this viewport; press again to go back"""
-
-    bl_idname = "detp.show"
-    bl_label = "Show Baked Light"
-    bl_options = {"INTERNAL"}
-
-    @classmethod
-    def poll(cls, context):
-        """Only in a 3D View."""
-        return context.space_data is not None and context.space_data.type == "VIEW_3D"
-
-    def execute(self, context):
-        """Solid shading, vertex colours, flat light, or back to what it was before."""
-        shading = context.space_data.shading
-        key = context.area.as_pointer()
-        if shows_light(shading):
-            wanted = _before.pop(key, {"color_type": "MATERIAL", "light": "STUDIO"})
-        else:
-            _before[key] = {name: getattr(shading, name) for name in ("color_type", "light", "type")}
-            wanted = {"type": "SOLID", "color_type": "VERTEX", "light": "FLAT"}
-        for name, value in wanted.items():
-            setattr(shading, name, value)
-        return {"FINISHED"}
-
-
-_before: dict[int, dict[str, str]] = {}
-
-
-def shows_light(shading: bpy.types.View3DShading) -> bool:
-    """Whether a viewport shows the colour attributes unlit."""
-    return (shading.type, shading.color_type, shading.light) == ("SOLID", "VERTEX", "FLAT")
-
-
 def _set_status(workspace: str, text: str | None) -> None:
     found = bpy.data.workspaces.get(workspace)
     if found is not None:
@@ -206,4 +172,4 @@ def _redraw_sidebars(context) -> None:
                     region.tag_redraw()
 
 
-CLASSES = (DETP_OT_bake, DETP_OT_cancel, DETP_OT_copy_report, DETP_OT_show)
+CLASSES = (DETP_OT_bake, DETP_OT_cancel, DETP_OT_copy_report)

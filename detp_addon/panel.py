@@ -5,8 +5,9 @@ import textwrap
 
 import bpy
 
-from . import operators, session
+from . import session
 from .report import BakeReport, counted
+from .show_light import shows_light
 
 #: warnings shown before "and so many more"
 MOST_WARNINGS = 12
@@ -89,7 +90,7 @@ class DETP_PT_result(_Tab, bpy.types.Panel):
         _draw_figures(self.layout, outcome.report)
         row = self.layout.row()
         row.scale_y = 1.3
-        shown = operators.shows_light(context.space_data.shading)
+        shown = shows_light(context.space_data.shading)
         row.operator("detp.show", icon="SHADING_SOLID", depress=shown)
         _draw_lists(self.layout, outcome.report, width)
 

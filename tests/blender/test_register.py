@@ -1,9 +1,10 @@
 import bpy
 import pytest
 from detp import detp_addon
-from detp.detp_addon import operators, panel, properties
+from detp.detp_addon import operators, panel, properties, show_light
 
-CLASSES = (*operators.CLASSES, *panel.CLASSES, properties.DETP_PG_settings)
+OPERATORS = (*operators.CLASSES, *show_light.CLASSES)
+CLASSES = (*OPERATORS, *panel.CLASSES, properties.DETP_PG_settings)
 
 
 def registered() -> list[type]:
@@ -49,7 +50,7 @@ def test_settings_are_saved_with_the_scene(addon, tmp_path):
 
 
 def test_everything_a_user_sees_has_a_tooltip(addon):
-    kinds = [getattr(bpy.ops.detp, cls.bl_idname.split(".")[1]).get_rna_type() for cls in operators.CLASSES]
+    kinds = [getattr(bpy.ops.detp, cls.bl_idname.split(".")[1]).get_rna_type() for cls in OPERATORS]
     for kind in (*kinds, properties.DETP_PG_settings.bl_rna):
         assert kind.description or kind.identifier == "DETP_PG_settings"
         for prop in kind.properties:

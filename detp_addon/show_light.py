@@ -1,0 +1,40 @@
+"""The button that shows the baked light in a viewport, and takes the viewport back."""
+
+import bpy
+
+#: what viewports looked like before, by their area
+_before: dict[int, dict[str, str]] = {}
+
+
+class DETP_OT_show(bpy.types.Operator):
+    """Show the active colour attributes as they are in this viewport; press again to go back"""
+
+    bl_idname = "detp.show"
+    bl_label = "Show Baked Light"
+    bl_options = {"INTERNAL"}
+
+    @classmethod
+    def poll(cls, context):
+        """Only in a 3D View."""
+        return context.space_data is not None and context.space_data.type == "VIEW_3D"
+
+    def execute(self, context):
+        """Solid shading, vertex colours, flat light, or back to what it was before."""
+        shading = context.space_data.shading
+        key = context.area.as_pointer()
+        if shows_light(shading):
+            wanted = _before.pop(key, {"color_type": "MATERIAL", "light": "STUDIO"})
+        else:
+            _before[key] = {name: getattr(shading, name) for name in ("color_type", "light", "type")}
+            wanted = {"type": "SOLID", "color_type": "VERTEX", "light": "FLAT"}
+        for name, value in wanted.items():
+            setattr(shading, name, value)
+        return {"FINISHED"}
+
+
+def shows_light(shading: bpy.types.View3DShading) -> bool:
+    """Whether a viewport shows the colour attributes unlit."""
+    return (shading.type, shading.color_type, shading.light) == ("SOLID", "VERTEX", "FLAT")
+
+
+CLASSES = (DETP_OT_show,)

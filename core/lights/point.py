@@ -19,8 +19,8 @@ class PointLight:
     position  (3,) metres
     power     (3,) radiant flux in W, RGB, all directions together; negative takes light away
     radius    of the sphere, metres, >= 0
-    soft      Blender's soft falloff: not a sphere, but a disc of that radius and radiance which faces every receiver, so
-              that E = power / (4 pi (h^2 + radius^2)) at distance h; without a radius it changes nothing
+    soft      Blender's soft falloff: not a sphere, but a disc of that radius and radiance which faces every receiver,
+              so that E = power / (4 pi (h^2 + radius^2)) at distance h; without a radius it changes nothing
 
     Raises InvalidArrayError or InvalidSettingError on anything else.
     """

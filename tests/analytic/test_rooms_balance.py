@@ -68,22 +68,22 @@ def test_energy_balance_of_a_closed_room_with_a_lamp(size):
     assert (result.cut_flux < 1e-6 * flux).all()
 
 
-def stratified(quads, across):
-    u, v = np.meshgrid(*[(np.arange(across) + 0.5) / across] * 2)
+def stratified(quads, count):
+    u, v = np.meshgrid(*[(np.arange(count) + 0.5) / count] * 2)
     u, v = u.reshape(1, -1, 1), v.reshape(1, -1, 1)
     points = (
         quads[:, None, 0] + u * (quads[:, None, 1] - quads[:, None, 0]) + v * (quads[:, None, 3] - quads[:, None, 0])
     )
     normals = np.cross(quads[:, 1] - quads[:, 0], quads[:, 3] - quads[:, 0])
     normals = normals / np.linalg.norm(normals, axis=1)[:, None]
-    return points.reshape(-1, 3), np.repeat(normals, across**2, axis=0)
+    return points.reshape(-1, 3), np.repeat(normals, count**2, axis=0)
 
 
 def test_two_parallel_plates():
     rho1, rho2, exitance = 0.5, 0.8, 3.0
     wide = 100.0
     lower = np.array([(0, 0, 0), (wide, 0, 0), (wide, wide, 0), (0, wide, 0)], float)
-    upper = lower[::-1] + (0, 0, 1.0)
+    upper = lower[::-1] + np.array((0, 0, 1.0))
     scene = scene_of([lower, upper], [rho1, rho2])
     plate = EmissiveTriangles(scene.corners[:2], np.full((2, 3), exitance / np.pi))
     scene = scene_of([lower, upper], [rho1, rho2], lights=(plate,))

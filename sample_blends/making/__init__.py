@@ -1,0 +1,1 @@
+"""How each sample scene is made: shapes in NumPy, put on a stage in Blender."""

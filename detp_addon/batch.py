@@ -151,4 +151,5 @@ def _interruptible() -> Iterator:
     try:
         yield check
     finally:
-        signal.signal(signal.SIGINT, before)
+        # None stands for Blender's own handler in C, which cannot be put back from here.
+        signal.signal(signal.SIGINT, signal.default_int_handler if before is None else before)

@@ -32,7 +32,8 @@ class WheelOnly:
     @staticmethod
     def find_spec(name, path=None, target=None):
         if name == "embreex":
-            return PathFinder.find_spec(name, [p for p in sys.path if p.startswith(os.environ["BLENDER_USER_RESOURCES"])])
+            resources = os.environ["BLENDER_USER_RESOURCES"]
+            return PathFinder.find_spec(name, [folder for folder in sys.path if folder.startswith(resources)])
 
 sys.meta_path.insert(0, WheelOnly)
 archive, particles, radius = sys.argv[1], int(sys.argv[2]), float(sys.argv[3])

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from .bounds import Bounds
-from .errors import NoLightError
-from .lights.emissive import EmissiveTriangles
-from .lights.light import EMISSION_DIMENSIONS, Light, Particles
+from .emission import Emission
 from .rays import Hits, RayCaster
 from .sampling import cosine_hemisphere
 from .scene import Scene
@@ -24,6 +22,9 @@ EMISSION_LIFT = 4
 
 #: The smallest cosine for which a segment is lengthened to reach the tolerance behind its hit.
 GRAZING_COSINE = 0.01
+
+#: What Russian roulette does with a particle.
+ABSORBED, REFLECTED, PASSED = 0, 1, 2
 
 
 @dataclass(frozen=True)
@@ -41,118 +42,102 @@ class PhotonTracer:
     """
 
     def __init__(self, scene: Scene, bounds: Bounds, bounces: int):
-        self._scene = scene
         self._bounds = bounds
         self._bounces = bounces
+        self._albedo = scene.albedo
+        # Most scenes let no light pass, and then pay nothing for it.
+        self._transmittance = scene.transmittance if scene.transmittance.any() else None
         corners = scene.corners
         self._caster = RayCaster(corners)
         self._normals, _ = normals_and_areas(corners)
-        self._lights, self._shares, self.emitted_flux = _by_power(scene, corners, bounds)
+        self._emission = Emission(scene, bounds)
+        self.emitted_flux = self._emission.flux
 
     def trace(self, particles: int, generator: np.random.Generator) -> TracedPhotons:
         """Follow ``particles`` from emission to absorption; their segments carry the scene's full power together."""
-        emitted = self._emit(particles, generator)
-        directions, flux = emitted.directions, emitted.flux
+        emitted = self._emission.emit(particles, generator)
+        directions, flux, start = emitted.directions, emitted.flux, emitted.start
         # Lights may lie in a surface: an emissive triangle always does, an area light under a ceiling often.
         origins = emitted.origins + EMISSION_LIFT * self._caster.tolerance * directions
-        bounce = np.zeros(particles, np.uint16)
-        passages = np.zeros(particles, np.uint16)
-        start = emitted.start
+        bounce, passages = np.zeros(particles, np.uint16), np.zeros(particles, np.uint16)
         parts, cut = [], np.zeros(3)
         while len(origins):
             hits = self._caster.first_hits(origins, directions)
-            ends = self._ends(origins, directions, hits)
-            segments, rows = Segments(origins, ends, flux, bounce), np.flatnonzero(hits.triangle >= 0)
+            rows = np.flatnonzero(hits.triangle >= 0)
+            segments = Segments(origins, self._ends(origins, directions, hits, rows), flux, bounce)
             if start is not None:
-                shining = start < np.linalg.norm(ends - origins, axis=1)
+                shining = start < np.linalg.norm(segments.ends - origins, axis=1)
                 begins = origins + start[:, None] * directions
-                segments = Segments(begins, ends, flux, bounce).taken(shining)
+                segments = Segments(begins, segments.ends, flux, bounce).taken(shining)
                 rows, start = rows[shining[rows]], None
             parts.append(segments)
-            triangle = hits.triangle[rows]
-            reflected, passed = self._scatter(flux[rows], triangle, generator)
-            ended = (bounce[rows] >= self._bounces) & reflected.any(axis=1)
-            ended |= (passages[rows] >= MOST_PASSAGES) & passed.any(axis=1)
-            cut += (reflected + passed)[ended].sum(axis=0)
-            reflects = reflected.any(axis=1) & ~ended
-            alive = reflects | (passed.any(axis=1) & ~ended)
-            rows, triangle, reflects = rows[alive], triangle[alive], reflects[alive]
-            flux = (reflected + passed)[alive]
-            bounce = bounce[rows] + reflects.astype(np.uint16)
-            passages = passages[rows] + (~reflects).astype(np.uint16)
-            side = self._facing(triangle, directions[rows])
-            onward = directions[rows]
-            turned = cosine_hemisphere(side[reflects], generator.random((int(reflects.sum()), 2)))
-            onward[reflects] = turned
-            away = np.where(reflects, self._caster.tolerance, -self._caster.tolerance)[:, None]
-            origins, directions = hits.points[rows] + away * side, onward
+
+            fate, flux = self._roulette(flux.take(rows, axis=0), hits.triangle.take(rows), generator)
+            limit = (fate == REFLECTED) & (bounce.take(rows) >= self._bounces)
+            limit |= (fate == PASSED) & (passages.take(rows) >= MOST_PASSAGES)
+            cut += flux[limit].sum(axis=0)
+            alive = np.flatnonzero((fate != ABSORBED) & ~limit)
+            rows, fate, flux = rows.take(alive), fate.take(alive), flux.take(alive, axis=0)
+            bounce = bounce.take(rows) + (fate == REFLECTED).astype(np.uint16)
+            passages = passages.take(rows) + (fate == PASSED).astype(np.uint16)
+            origins, directions = self._onward(hits, rows, directions.take(rows, axis=0), fate, generator)
         return TracedPhotons(Segments.joined(parts), cut)
 
-    def _emit(self, particles: int, generator: np.random.Generator) -> Particles:
-        """Particles shared out among the lights by power: systematic sampling, so each count is exact to one."""
-        steps = (np.arange(particles) + generator.random()) / particles
-        chosen = np.searchsorted(np.cumsum(self._shares)[:-1], steps, side="right")
-        counts = np.bincount(chosen, minlength=len(self._lights))
-        emitted = []
-        for light, share, count in zip(self._lights, self._shares, counts, strict=True):
-            if count == 0:
-                continue
-            sent = light.emit(generator.random((count, EMISSION_DIMENSIONS)), self._bounds)
-            # A light's particles carry its whole flux together; weighting by the expected instead of the actual
-            # count keeps lights that get no particle in this batch right on average.
-            emitted.append(replace(sent, flux=sent.flux * (count / (particles * share))))
-        return Particles.joined(emitted)
-
-    def _ends(self, origins, directions, hits: Hits) -> np.ndarray:
-        """Segment ends: past the hit by twice the tolerance along the normal, or out of everything."""
-        reach = np.linalg.norm(origins - self._bounds.centre, axis=1) + self._bounds.radius
-        ends = origins + reach[:, None] * directions
-        rows = np.flatnonzero(hits.triangle >= 0)
-        onward = directions[rows]
-        cosine = np.abs(np.einsum("ij,ij->i", self._normals[hits.triangle[rows]], onward))
+    def _ends(self, origins, directions, hits: Hits, rows) -> np.ndarray:
+        """Segment ends: past the hit (``rows`` hit) by twice the tolerance along the normal, or out of everything."""
+        ends = np.empty_like(origins)
+        onward = directions.take(rows, axis=0)
+        cosine = np.abs(_dot(self._normals.take(hits.triangle.take(rows), axis=0), onward))
         past = 2 * self._caster.tolerance / np.maximum(cosine, GRAZING_COSINE)
-        ends[rows] = hits.points[rows] + past[:, None] * onward
+        ends[rows] = hits.points.take(rows, axis=0) + past[:, None] * onward
+        missed = np.flatnonzero(hits.triangle < 0)
+        outward = origins.take(missed, axis=0)
+        reach = np.linalg.norm(outward - self._bounds.centre, axis=1) + self._bounds.radius
+        ends[missed] = outward + reach[:, None] * directions.take(missed, axis=0)
         return ends
 
-    def _scatter(self, flux, triangle, generator):
-        """Russian roulette between diffuse reflection, straight passage and absorption, (K, 3) W each.
+    def _roulette(self, flux, triangle, generator) -> tuple[np.ndarray, np.ndarray]:
+        """Russian roulette over what each surface does: the fates (K,) and the flux (K, 3) W that goes on.
 
-        With f the flux, the probabilities are max|f rho| / max|f| and max|f tau| / max|f|, so a particle's largest
-        channel keeps its flux; probabilities that add up to more than one are scaled to one.
+        With f the flux, reflection has the probability max|f rho| / max|f| and straight passage max|f tau| / max|f|,
+        so a particle's largest channel keeps its flux; probabilities that add up to more than one are scaled to one.
         """
-        reflectable = flux * self._scene.albedo[triangle]
-        passable = flux * self._scene.transmittance[triangle]
-        largest = np.maximum(np.abs(flux).max(axis=1), np.finfo(float).tiny)
-        reflect = np.abs(reflectable).max(axis=1) / largest
-        transmit = np.abs(passable).max(axis=1) / largest
+        largest = np.maximum(_largest(flux), np.finfo(float).tiny)
+        reflected = flux * self._albedo.take(triangle, axis=0)
+        reflect = _largest(reflected) / largest
+        choice = generator.random(len(flux))
+        if self._transmittance is None:
+            reflect = np.minimum(reflect, 1.0)
+            fate = (choice < reflect).astype(np.uint8)
+            return fate, reflected / np.where(reflect > 0, reflect, 1.0)[:, None]
+        passed = flux * self._transmittance.take(triangle, axis=0)
+        transmit = _largest(passed) / largest
         excess = np.maximum(reflect + transmit, 1.0)
         reflect, transmit = reflect / excess, transmit / excess
-        choice = generator.random(len(flux))
-        reflects = choice < reflect
-        passes = ~reflects & (choice < reflect + transmit)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            reflected = np.where(reflects[:, None], reflectable / reflect[:, None], 0.0)
-            passed = np.where(passes[:, None], passable / transmit[:, None], 0.0)
-        return reflected, passed
+        fate = np.where(choice < reflect, REFLECTED, np.where(choice < reflect + transmit, PASSED, ABSORBED))
+        probability = np.where(fate == REFLECTED, reflect, transmit)
+        going = np.where((fate == REFLECTED)[:, None], reflected, passed)
+        return fate.astype(np.uint8), going / np.where(probability > 0, probability, 1.0)[:, None]
 
-    def _facing(self, triangle, directions) -> np.ndarray:
-        """The triangles' unit normals (K, 3) on the side from which ``directions`` arrive."""
-        normals = self._normals[triangle]
-        behind = np.einsum("ij,ij->i", normals, directions) > 0
-        return np.where(behind[:, None], -normals, normals)
+    def _onward(self, hits: Hits, rows, directions, fate, generator) -> tuple[np.ndarray, np.ndarray]:
+        """Origins just off the surface, and directions, of the particles that go on."""
+        normals = self._normals.take(hits.triangle.take(rows), axis=0)
+        facing = -np.copysign(1.0, _dot(normals, directions))[:, None] * normals
+        if self._transmittance is None:
+            away, turned = self._caster.tolerance, cosine_hemisphere(facing, generator.random((len(rows), 2)))
+        else:
+            reflects = fate == REFLECTED
+            turned = directions.copy()
+            turned[reflects] = cosine_hemisphere(facing[reflects], generator.random((int(reflects.sum()), 2)))
+            away = np.where(reflects, self._caster.tolerance, -self._caster.tolerance)[:, None]
+        return hits.points.take(rows, axis=0) + away * facing, turned
 
 
-def _by_power(scene: Scene, corners, bounds: Bounds) -> tuple[list[Light], np.ndarray, np.ndarray]:
-    """The lights that emit, each one's share (L,) of the particles, and the flux (3,) W of all."""
-    lights: list[Light] = list(scene.lights)
-    emissive = np.flatnonzero((scene.emission != 0).any(axis=1))
-    if len(emissive):
-        lights.append(EmissiveTriangles(corners[emissive], scene.emission[emissive]))
-    fluxes = np.array([light.flux(bounds) for light in lights]).reshape(-1, 3)
-    power = np.abs(fluxes).sum(axis=1)
-    shining = np.flatnonzero(power > 0)
-    if len(shining) == 0:
-        raise NoLightError(
-            "Nothing in the scene gives light: add a light, an emissive material or a world that is not black."
-        )
-    return [lights[i] for i in shining], power[shining] / power[shining].sum(), fluxes[shining].sum(axis=0)
+def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.einsum("ij,ij->i", a, b)
+
+
+def _largest(rgb: np.ndarray) -> np.ndarray:
+    """The largest absolute channel (K,); a reduction along so short an axis would be slow."""
+    size = np.abs(rgb)
+    return np.maximum(np.maximum(size[:, 0], size[:, 1]), size[:, 2])

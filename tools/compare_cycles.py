@@ -37,7 +37,7 @@ def main() -> int:
     result = run(bake(exported.scene, exported.centres, exported.normals, settings))
     clear = clearance(exported, result.radius) > 2 * result.radius
 
-    ours, theirs, noise, valid = [], [], [], []
+    ours, theirs, noise, valid, objects = [], [], [], [], {}
     for target in exported.targets:
         first, second = reference[target.object_name]
         rows = target.point_rows
@@ -46,12 +46,14 @@ def main() -> int:
         theirs.append((first + second)[kept].sum(axis=1) / 2)
         noise.append(np.abs(first - second)[kept].sum(axis=1) / 2)
         valid.append(clear[rows[kept]])
+        objects[target.object_name] = figures(ours[-1], theirs[-1], noise[-1], valid[-1])
     ours, theirs, noise, valid = (np.concatenate(parts) for parts in (ours, theirs, noise, valid))
     report = {
         "scene": arguments.scene, "radius": result.radius, "photons": result.photons, "segments": result.segments,
         "seconds": result.seconds, "relative_error": result.estimate.relative_error,
         "all": figures(ours, theirs, noise, np.full(len(ours), True)),
         "away_from_edges": figures(ours, theirs, noise, valid),
+        "objects_away_from_edges": objects,
     }  # fmt: skip
     print(json.dumps(report, indent=1))
     if arguments.json:

@@ -13,6 +13,7 @@ from .discs import TangentDiscs
 from .errors import NoMeshError
 from .estimate import Accumulator, IrradianceEstimate
 from .gatherers.choose import make_gatherer
+from .parallel import ordered_map
 from .radius import choose_radius
 from .scene import Scene
 from .segments import Segments
@@ -82,12 +83,16 @@ def bake(
     segment_count, cut = 0, np.zeros(3)
     for first in range(0, settings.photon_count, PHOTONS_PER_GATHER):
         particles = min(PHOTONS_PER_GATHER, settings.photon_count - first)
+        starts = range(first, first + particles, PHOTONS_PER_TRACE)
+        shares = [min(PHOTONS_PER_TRACE, first + particles - start) for start in starts]
+        traces = ordered_map(
+            lambda task: tracer.trace(task[0], _generator(settings.seed, task[1])), zip(shares, starts, strict=True)
+        )
         parts = []
-        for start in range(first, first + particles, PHOTONS_PER_TRACE):
+        for share, start in zip(shares, starts, strict=True):
             yield Progress("Tracing photons", start / settings.photon_count, estimate)
-            share = min(PHOTONS_PER_TRACE, first + particles - start)
             with stopwatch("trace"):
-                traced = tracer.trace(share, _generator(settings.seed, start))
+                traced = next(traces)
             # Each part carries the scene's full power; in its batch it stands for its share of the particles.
             parts.append(traced.segments.weighted(share / particles))
             cut += traced.cut_flux * (share / settings.photon_count)

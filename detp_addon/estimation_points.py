@@ -95,7 +95,9 @@ def _on_changed_surface(obj, evaluated, surface: MeshSurface, domain: str, verte
     # Elements that ask for the same place ask once.
     rows, first = _shared(vertex_of, wanted, np.ones(len(vertex_of), bool))
     triangles, places = nearest_places(surface, before[vertex_of[first]], wanted[first])
-    normals = _interpolated_normals(evaluated, surface, triangles, places)
+    found = triangles >= 0
+    normals = np.zeros_like(places)
+    normals[found] = _interpolated_normals(evaluated, surface, triangles[found], places[found])
     return places[rows], normals[rows], triangles[rows]
 
 

@@ -8,8 +8,8 @@ from mathutils.bvhtree import BVHTree
 
 from .read_meshes import MeshSurface
 
-#: cosine between an element's normal and that of a face that may stand for it
-_AGREES = 0.5
+#: cosine between an element's normal and that of a face that may stand for it: a chamfer at 45 degrees may not
+_AGREES = 0.75
 
 #: how much farther than the nearest face one with an agreeing normal may be
 _REACH = 3.0

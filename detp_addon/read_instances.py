@@ -147,6 +147,11 @@ def _add_mesh(read: RenderedObjects, instance, row: int, matrix: np.ndarray, wan
             findings.warn("{} open in Edit Mode cannot be baked", "object", obj.name)
         return
     points = place_points(original, obj.data, surface, matrix, domain)
-    if points.nearest and len(points.rows):
+    if len(points.centres) == 0:
+        # Loose vertices and edges need no word, but faces that modifiers took away do.
+        if len(original.data.polygons):
+            findings.warn("there is no light to bake on {}, of which a render shows no face", "object", obj.name)
+        return
+    if points.nearest:
         findings.warn("light is taken from the nearest point of the surface after modifiers for {}", "object", obj.name)
     read.targets.append(TargetPoints(original.name, original.data.name, row, points))

@@ -111,7 +111,7 @@ def _bakeable(targets: list[bpy.types.Object], findings: Findings) -> set[bpy.ty
 def _name_missing(wanted: set[bpy.types.Object], baked: set[str], findings: Findings) -> None:
     for name in sorted(obj.name for obj in wanted if not obj.data.is_editmode):
         if name not in baked:
-            findings.warn("a render does not show {}, so there is no light to bake", "object", name)
+            findings.warn("there is no light to bake on {}, of which a render shows no face", "object", name)
 
 
 def _world_light(read: RenderedObjects, context_scene, view_layer, findings: Findings) -> list[Light]:

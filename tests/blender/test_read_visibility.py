@@ -1,0 +1,289 @@
+"""What a render shows: modifiers, visibility, instances, mirrored objects; and that reading leaves nothing behind."""
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+from detp.core.errors import EditModeError, NoLightError, NoMeshError  # noqa: E402
+from detp.detp_addon.read_scene import read_scene  # noqa: E402
+from detp.detp_addon.render_view import view_as_render  # noqa: E402
+from made_scenes import (  # noqa: E402
+    all_counts,
+    cube,
+    diffuse,
+    fresh,
+    lamp,
+    linked,
+    material,
+    mesh,
+    node,
+    quad,
+    read,
+    world,
+)
+
+
+@pytest.fixture(autouse=True)
+def scene():
+    return fresh()
+
+
+def normals_of(scene):
+    a, b, c = (scene.corners[:, k] for k in range(3))
+    return np.cross(b - a, c - a)
+
+
+def test_modifiers_have_their_render_levels():
+    modifier = quad().modifiers.new("subdivide", "SUBSURF")
+    modifier.levels, modifier.render_levels = 0, 2
+    assert read().triangles == 32
+    modifier.show_render = False
+    assert read().triangles == 2
+
+
+def test_render_visibility_counts_and_viewport_visibility_does_not(scene):
+    quad("shown")
+    quad("hidden").hide_render = True
+    quad("hidden in the viewport").hide_viewport = True
+    quad("eye closed").hide_set(True)
+    group = bpy.data.collections.new("excluded")
+    scene.collection.children.link(group)
+    quad("in an excluded collection", collection=group)
+    bpy.context.view_layer.layer_collection.children["excluded"].exclude = True
+    hidden = bpy.data.collections.new("hidden")
+    hidden.hide_render = True
+    scene.collection.children.link(hidden)
+    quad("in a hidden collection", collection=hidden)
+    result = read()
+    assert {target.object_name for target in result.targets} == {"shown", "hidden in the viewport", "eye closed"}
+    assert result.triangles == 6
+
+
+def test_only_the_given_view_layer_counts(scene):
+    other = scene.view_layers.new("other")
+    group = bpy.data.collections.new("group")
+    scene.collection.children.link(group)
+    quad("in the group", collection=group)
+    quad("always")
+    other.layer_collection.children["group"].exclude = True
+    bpy.context.view_layer.use = False
+    assert len(read().targets) == 2
+    assert [t.object_name for t in read_scene(scene, other, None, "CORNER").targets] == ["always"]
+
+
+def test_objects_hidden_from_diffuse_light_are_left_out_and_named():
+    quad("floor")
+    quad("ghost").visible_diffuse = False
+    result = read()
+    assert result.triangles == 2
+    assert any("ghost" in sentence for sentence in result.left_out)
+
+
+def test_curves_texts_and_metaballs_are_there_as_meshes():
+    curve = bpy.data.curves.new("curve", "CURVE")
+    curve.dimensions = "3D"
+    curve.bevel_depth = 0.1
+    curve.splines.new("POLY").points.add(1)
+    curve.splines[0].points[1].co = (1, 0, 0, 1)
+    text = bpy.data.curves.new("text", "FONT")
+    text.body = "text"
+    ball = bpy.data.metaballs.new("ball")
+    ball.elements.new()
+    counts = []
+    quad()
+    for name, data in (("curve", curve), ("text", text), ("ball", ball)):
+        linked(name, data)
+        counts.append(read().triangles)
+    assert 2 < counts[0] < counts[1] < counts[2]
+    assert len(read().targets) == 1
+
+
+def test_collection_instances_stand_where_their_instancers_put_them(scene):
+    group = bpy.data.collections.new("group")
+    quad("original", location=(0, 0, 1), collection=group)
+    for x in (0.0, 10.0):
+        instancer = linked("instancer", None, (x, 0, 0), (2, 2, 2))
+        instancer.instance_type, instancer.instance_collection = "COLLECTION", group
+    quad("target", location=(0, 0, -5))
+    result = read()
+    assert result.triangles == 6
+    assert [target.object_name for target in result.targets] == ["target"]
+    assert "2 instances" in result.modelled
+    corners = np.unique(result.scene.corners.reshape(-1, 3), axis=0)
+    for x in (0, 10):
+        for corner in ((x, 0, 2), (x + 2, 0, 2), (x + 2, 2, 2), (x, 2, 2)):
+            assert (np.abs(corners - corner).max(axis=1) < 1e-6).any()
+
+
+def test_geometry_node_instances_have_their_own_materials(scene):
+    red = diffuse((1, 0, 0))
+    tree = bpy.data.node_groups.new("nodes", "GeometryNodeTree")
+    tree.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
+    tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    given, result = tree.nodes.new("NodeGroupInput"), tree.nodes.new("NodeGroupOutput")
+    box, paint = tree.nodes.new("GeometryNodeMeshCube"), tree.nodes.new("GeometryNodeSetMaterial")
+    paint.inputs["Material"].default_value = red
+    place = tree.nodes.new("GeometryNodeInstanceOnPoints")
+    tree.links.new(given.outputs[0], place.inputs["Points"])
+    tree.links.new(box.outputs[0], paint.inputs[0])
+    tree.links.new(paint.outputs[0], place.inputs["Instance"])
+    tree.links.new(place.outputs[0], result.inputs[0])
+    quad("points").modifiers.new("nodes", "NODES").node_group = tree
+    quad("target", location=(0, 0, -5))
+    read_back = read()
+    assert read_back.triangles == 4 * 12 + 2
+    assert [target.object_name for target in read_back.targets] == ["target"]
+    assert any("points" in warning for warning in read_back.warnings)
+    assert (read_back.scene.albedo == (1, 0, 0)).all(axis=1).sum() == 4 * 12
+
+
+def test_mirrored_objects_keep_their_faces_and_normals_outside():
+    cube("mirrored", location=(3, 0, 0), scale=(-1, 2, 1))
+    cube("flattened", location=(-3, 0, 0), scale=(1, 1, 0))
+    result = read()
+    scene = result.scene
+    outward = scene.corners.mean(axis=1) - np.where(scene.corners.mean(axis=1)[:, :1] > 0, (3, 0, 0), (-3, 0, 0))
+    mirrored = scene.corners.mean(axis=1)[:, 0] > 0
+    assert (np.einsum("ij,ij->i", normals_of(scene), outward)[mirrored] > 0).all()
+    assert mirrored.sum() == 12 and (~mirrored).sum() == 4
+    points = result.centres[:, 0] > 0
+    assert (np.einsum("ij,ij->i", result.normals, result.centres - (3, 0, 0))[points] > 0).all()
+    assert np.allclose(np.abs(result.normals[points]).max(axis=1), 1)
+
+
+def test_uneven_scale_turns_normals_by_the_inverse_transposed():
+    slope = linked("slope", mesh([(0, 0, 0), (1, 0, 1), (1, 1, 1), (0, 1, 0)], [(0, 1, 2, 3)]), scale=(2, 1, 1))
+    result = read([slope])
+    assert np.allclose(result.normals, np.array([-1, 0, 2]) / np.sqrt(5), atol=1e-6)
+
+
+def test_faces_with_bad_vertices_are_left_out_and_named():
+    data = mesh([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (5, 5, float("nan"))], [(0, 1, 2, 3), (1, 2, 4)])
+    linked("bad", data)
+    flat = mesh([(0, 0, 2), (1, 0, 2), (2, 0, 2), (0, 1, 2)], [(0, 1, 2), (0, 1, 3)])
+    linked("flat", flat)
+    result = read()
+    assert result.triangles == 3
+    assert any("bad" in warning for warning in result.warnings)
+    assert not any("flat" in warning for warning in result.warnings)
+
+
+def test_far_from_the_origin_the_mesh_keeps_its_own_precision():
+    data = mesh([(0, 0, 0), (1e-3, 0, 0), (0, 1e-3, 0)], [(0, 1, 2)])
+    linked("far", data, location=(447_000, 0, 0))
+    edges = np.ptp(read().scene.corners, axis=1)[0]
+    assert np.allclose(edges[:2], 1e-3, rtol=1e-6)
+
+
+def test_reading_leaves_everything_as_it_was(scene):
+    target = cube()
+    target.modifiers.new("subdivide", "SUBSURF")
+    other = quad("other", location=(0, 0, 5))
+    lamp("SUN", energy=1.0)
+    scene.camera = None
+    other.select_set(True)
+    bpy.context.view_layer.objects.active = target
+    before = all_counts()
+    called = []
+    bpy.app.handlers.render_pre.append(called.append)
+    bpy.app.handlers.render_complete.append(called.append)
+    try:
+        read()
+        assert list(bpy.app.handlers.render_pre) == [called.append]
+        assert list(bpy.app.handlers.render_complete) == [called.append]
+    finally:
+        bpy.app.handlers.render_pre.remove(called.append)
+        bpy.app.handlers.render_complete.remove(called.append)
+    assert called == []
+    assert all_counts() == before
+    assert bpy.context.scene == scene and scene.camera is None
+    assert bpy.context.view_layer.objects.active == target
+    assert [obj.name for obj in bpy.context.view_layer.objects if obj.select_get()] == ["other"]
+    # Blender 4.5 hangs at exit while an engine of ours is registered.
+    assert not hasattr(bpy.types, "DETP_scene_reader")
+
+
+def test_rigid_bodies_stay_in_their_world(scene):
+    target = cube()
+    bpy.context.view_layer.objects.active = target
+    bpy.ops.rigidbody.world_add()
+    bpy.ops.rigidbody.object_add()
+    before = all_counts()
+    read()
+    assert all_counts() == before
+    assert target.rigid_body is not None
+    assert list(scene.rigidbody_world.collection.objects) == [target]
+
+
+def test_an_error_while_reading_comes_out_and_leaves_nothing_behind(scene):
+    cube()
+    before = all_counts()
+
+    def stumble(depsgraph):
+        raise KeyError("stumbled")
+
+    with pytest.raises(KeyError, match="stumbled"):
+        view_as_render(scene, bpy.context.view_layer, stumble)
+    assert all_counts() == before
+    assert view_as_render(scene, bpy.context.view_layer, lambda depsgraph: depsgraph.mode) == "RENDER"
+
+
+def test_an_earlier_render_stays(scene, tmp_path):
+    cube()
+    scene.render.engine = "CYCLES"
+    scene.cycles.samples, scene.cycles.device = 1, "CPU"
+    scene.render.resolution_x = scene.render.resolution_y = 8
+    scene.camera = linked("camera", bpy.data.cameras.new("camera"), (0, 0, 9))
+    scene.render.image_settings.file_format = "OPEN_EXR"
+    bpy.ops.render.render()
+    saved = [tmp_path / "before.exr", tmp_path / "after.exr"]
+    bpy.data.images["Render Result"].save_render(str(saved[0]), scene=scene)
+    before = all_counts()
+    read()
+    assert all_counts() == before
+    bpy.data.images["Render Result"].save_render(str(saved[1]), scene=scene)
+    first, second = (bpy.data.images.load(str(path)) for path in saved)
+    assert tuple(first.size) == (8, 8) and first.pixels[:] == second.pixels[:]
+
+
+def test_what_cannot_be_baked_is_named(scene):
+    floor = quad("floor")
+    hidden = quad("hidden")
+    hidden.hide_render = True
+    light = lamp("POINT", "bulb")
+    result = read([floor, hidden, light])
+    assert [target.object_name for target in result.targets] == ["floor"]
+    assert any("hidden" in warning for warning in result.warnings)
+    assert any("bulb" in warning for warning in result.warnings)
+    with pytest.raises(NoMeshError):
+        read([hidden])
+
+
+def test_meshes_in_edit_mode_are_no_targets():
+    floor, other = quad("floor"), quad("other")
+    bpy.context.view_layer.objects.active = floor
+    bpy.ops.object.mode_set(mode="EDIT")
+    result = read()
+    assert [target.object_name for target in result.targets] == ["other"]
+    assert any("floor" in warning and "Edit Mode" in warning for warning in result.warnings)
+    with pytest.raises(EditModeError):
+        read([floor])
+    assert [target.object_name for target in read([floor, other]).targets] == ["other"]
+    bpy.ops.object.mode_set(mode="OBJECT")
+
+
+def test_a_scene_without_faces_or_without_light_is_refused():
+    linked("edge", mesh([(0, 0, 0), (1, 0, 0)], []))
+    with pytest.raises(NoMeshError):
+        read()
+    quad()
+    world((0, 0, 0))
+    with pytest.raises(NoLightError):
+        read()
+    lamp("POINT", energy=0.0)
+    with pytest.raises(NoLightError):
+        read()
+    glowing = quad("glowing")
+    glowing.data.materials.append(material(lambda tree: node(tree, "ShaderNodeEmission", Strength=2.0)))
+    assert read().triangles == 4

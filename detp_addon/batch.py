@@ -61,6 +61,7 @@ def bake_batch(batch: Batch) -> int:
                 except DetpError as error:
                     failures[job.scene] = str(error)
                 except Exception:  # a fault of ours on one scene must not cost the user the other scenes
+                    display.end()
                     traceback.print_exc()
                     failures[job.scene] = "The program failed here, by its own fault: please report the lines above."
                 if job.scene in failures:
@@ -124,7 +125,7 @@ def _draw(job: SceneJob, request: BakeRequest, display: ProgressDisplay) -> None
     with blender_silenced():
         scene, layer = bpy.context.scene, bpy.context.view_layer
         replace_file(job.preview, lambda made: exposures.append(render_preview(scene, layer, request.attribute, made)))
-    display.line(f"Drew {job.preview}, exposed by {exposures[0]:+.1f} stops")
+    display.line(f"Drew {job.preview}, exposed by {round(exposures[0], 1) + 0.0:+.1f} stops")
 
 
 @contextmanager

@@ -119,21 +119,16 @@ def bake_scene(
 
 def _writable(targets: tuple[BakeTarget, ...], request: BakeRequest) -> tuple[list[BakeTarget], list[str]]:
     """The targets that can be written, and sentences on those that cannot; raises their error when none can."""
-    writable, refusals, faceless = [], {}, []
+    writable, refusals = [], {}
     for target in targets:
         refusal = obstacle(_object(target), request.attribute, request.domain)
         if refusal is not None:
             refusals.setdefault(type(refusal), []).append(str(refusal))
-        elif (target.point_rows < 0).all():
-            faceless.append(f"'{target.object_name}'")
         else:
             writable.append(target)
     sentences = [sentence for group in refusals.values() for sentence in _first(group)]
     if refusals and not writable:
         raise next(iter(refusals))(" ".join(sentences))
-    if faceless:
-        names = ", ".join(faceless[:3]) + (", ..." if len(faceless) > 3 else "")
-        sentences.append(f"{counted(len(faceless), 'mesh object')} without faces of any area got no colours: {names}.")
     return writable, sentences
 
 

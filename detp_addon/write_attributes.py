@@ -91,9 +91,9 @@ def write_colours(colours: list[MeshColours], attribute: str, domain: str, activ
     if not copied:
         return []
     shown = ", ".join(f"'{name}'" for name in copied[:3]) + (", ..." if len(copied) > 3 else "")
-    were = "object shared its mesh with others and was" if len(copied) == 1 else "objects shared a mesh and were"
-    own = "a copy of its own" if len(copied) == 1 else "copies of their own"
-    return [f"{len(copied)} {were} given {own}, to hold the light of its own place: {shown}."]
+    if len(copied) == 1:
+        return [f"The object {shown} shared its mesh and was given a copy, to hold the light of its own place."]
+    return [f"{len(copied)} objects shared a mesh and were given copies, to hold the light of their places: {shown}."]
 
 
 def _separate_meshes(objects: list[bpy.types.Object], undo: ExitStack) -> list[str]:

@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 import pytest
 from detp.core.errors import SceneBusyError
-from detp.detp_addon import batch, files
+from detp.detp_addon import batch, files, preview
 from detp.detp_addon.command import main
 from PIL import Image
 from small_scenes import colours, cube, grid, lamp, opened, painted, saved
@@ -144,7 +144,7 @@ def test_objects_that_share_a_mesh_hold_different_light(tmp_path, capsys):
     lamp()
     path = saved(tmp_path / "scene.blend")
     assert main(["bake", str(path), *QUICK]) == 0
-    assert "1 object shared its mesh" in capsys.readouterr().out
+    assert "'Far' shared its mesh" in capsys.readouterr().out
     opened(tmp_path / "scene_baked.blend")
     assert bpy.data.objects["Near"].data != bpy.data.objects["Far"].data
     assert colours("Near")[:, :3].mean() > 10 * colours("Far")[:, :3].mean()
@@ -173,12 +173,14 @@ def test_linked_meshes_shade_and_reflect_but_are_not_written(tmp_path, capsys):
     assert light["shaded"] < 0.8 * light["free"]
 
 
-def test_several_scenes_share_a_folder_a_report_and_a_preview_name(scene, tmp_path, capsys):
+def test_several_scenes_share_a_folder_a_report_and_a_preview_name(scene, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(preview, "WIDTH", 160)
+    monkeypatch.setattr(preview, "HEIGHT", 90)
     lamp(location=(-1, 0, 2))
     second = saved(tmp_path / "second.blend")
-    out, report, preview = tmp_path / "out", tmp_path / "r.json", tmp_path / "p.png"
+    out, report, picture = tmp_path / "out", tmp_path / "r.json", tmp_path / "p.png"
     missing = tmp_path / "missing.blend"
-    arguments = ["-o", str(out), "--report", str(report), "--preview", str(preview)]
+    arguments = ["-o", str(out), "--report", str(report), "--preview", str(picture)]
     assert main(["bake", str(scene), str(missing), str(second), *QUICK, *arguments]) == 1
     assert sorted(path.name for path in out.iterdir()) == ["scene_baked.blend", "second_baked.blend"]
     first, failed, last = json.loads(report.read_text())
@@ -191,7 +193,7 @@ def test_several_scenes_share_a_folder_a_report_and_a_preview_name(scene, tmp_pa
         f"  {missing}: The file '{missing}' does not exist.",
     ]
     for name in ("scene", "second"):
-        assert Image.open(tmp_path / f"p_{name}.png").size == (960, 540)
+        assert Image.open(tmp_path / f"p_{name}.png").size == (160, 90)
         assert f"Drew {tmp_path / f'p_{name}.png'}, exposed by " in printed.out
     opened(out / "second_baked.blend")
     assert len(bpy.data.materials) == 1 and len(bpy.data.worlds) == 0 and len(bpy.data.cameras) == 0

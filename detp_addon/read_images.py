@@ -37,12 +37,17 @@ class Images:
             return _plain(MISSING)
         if image.source == "TILED":
             self._findings.warn("only the first tile is read of {}", "tiled image", image.name)
+        had_data = image.has_data
         pixels = _pixels(image)
         if pixels is None:
             self._findings.warn("missing images count as grey: {}", "image", image.name)
             return _plain(MISSING)
         self._findings.modelled("{}, averaged over each triangle", "image texture", image.name)
-        return _linear(image, pixels)
+        texture = _linear(image, pixels)
+        if not had_data:
+            # Asking an image for almost anything loads it; what Blender did not hold before it need not hold now.
+            image.buffers_free()
+        return texture
 
 
 def _plain(rgba: np.ndarray) -> TexturePyramid:
@@ -51,7 +56,6 @@ def _plain(rgba: np.ndarray) -> TexturePyramid:
 
 def _pixels(image) -> np.ndarray | None:
     """The image's values as stored (H, W, 1 to 4), row 0 at the bottom; None when the file is missing."""
-    had_data = image.has_data
     width, height = image.size
     channels = image.channels
     count = len(image.pixels) if width and height else 0
@@ -59,8 +63,6 @@ def _pixels(image) -> np.ndarray | None:
         return None
     values = np.empty(count, np.float32)
     image.pixels.foreach_get(values)
-    if not had_data:
-        image.buffers_free()
     return values.reshape(height, width, channels)
 
 

@@ -1,0 +1,172 @@
+"""The world: one colour where it is one, otherwise the picture that Cycles makes of it, the right way round."""
+
+import math
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+from detp.core.lights.environment import EnvironmentWorld  # noqa: E402
+from detp.core.lights.world import UniformWorld  # noqa: E402
+from made_scenes import all_counts, fresh, image, lamp, node, quad, read, with_nodes, world  # noqa: E402
+
+
+@pytest.fixture(autouse=True)
+def scene():
+    made = fresh()
+    quad()
+    return made
+
+
+def world_of(build):
+    """A world whose background has the colour and strength that ``build(tree)`` gives."""
+    made = bpy.data.worlds.new("made")
+    tree = with_nodes(made)
+    colour, strength = build(tree)
+    background = node(tree, "ShaderNodeBackground", Color=colour, Strength=strength)
+    tree.links.new(background.outputs[0], tree.nodes.new("ShaderNodeOutputWorld").inputs["Surface"])
+    bpy.context.scene.world = made
+    return made
+
+
+def only_light():
+    (light,) = read().scene.lights
+    return light
+
+
+def directions(picture):
+    """Unit vectors (H, W, 3) of the picture's pixels and their solid angles (H, 1)."""
+    height, width = picture.shape[:2]
+    latitude = np.pi * ((np.arange(height) + 0.5) / height - 0.5)[:, None]
+    azimuth = 2 * np.pi * (0.5 - (np.arange(width) + 0.5) / width)[None, :]
+    level = np.cos(latitude)
+    towards = [level * np.cos(azimuth), level * np.sin(azimuth), np.sin(latitude) * np.ones((1, width))]
+    return np.stack(towards, axis=-1), level * (np.pi / height) * (2 * np.pi / width)
+
+
+def test_one_colour():
+    world_of(lambda tree: ((0.1, 0.2, 0.3, 1), 2.0))
+    light = only_light()
+    assert isinstance(light, UniformWorld) and np.allclose(light.radiance, (0.2, 0.4, 0.6))
+    assert "a world of one colour" in read().modelled
+
+
+def test_one_colour_made_by_nodes():
+    world_of(lambda tree: (node(tree, "ShaderNodeGamma", Color=(0.5, 0.5, 0.5, 1), Gamma=2.0).outputs[0], 1.0))
+    assert np.allclose(only_light().radiance, 0.25)
+
+
+@pytest.mark.skipif(bpy.app.version >= (5, 0), reason="every world has nodes since 5.0")
+def test_a_world_without_nodes_has_its_own_colour():
+    made = bpy.data.worlds.new("plain")
+    made.color = (0.3, 0.2, 0.1)
+    bpy.context.scene.world = made
+    assert np.allclose(only_light().radiance, (0.3, 0.2, 0.1))
+
+
+def test_black_missing_and_hidden_worlds_are_no_lights(scene):
+    lamp("POINT")
+    for make in (lambda: world((0, 0, 0)), lambda: setattr(scene, "world", None)):
+        make()
+        assert read().lights == 1
+    made = world((1, 1, 1))
+    made.cycles_visibility.diffuse = False
+    result = read()
+    assert result.lights == 1 and any("world" in sentence for sentence in result.left_out)
+
+
+def test_a_world_that_varies_is_seen_the_right_way_round():
+    # Radiance 0.6 + 0.5 x, 0.6 + 0.3 y, 0.6 + 0.2 z in the direction (x, y, z).
+    def build(tree):
+        towards = tree.nodes.new("ShaderNodeTexCoord").outputs["Generated"]
+        made = node(tree, "ShaderNodeVectorMath", {"operation": "MULTIPLY_ADD"}, Vector=towards,
+                    Vector_001=(0.5, 0.3, 0.2), Vector_002=(0.6, 0.6, 0.6))  # fmt: skip
+        return made.outputs[0], 1.0
+
+    world_of(build)
+    before = all_counts()
+    light = only_light()
+    assert all_counts() == before
+    assert isinstance(light, EnvironmentWorld)
+    expected = 0.6 + directions(light.radiance)[0] * (0.5, 0.3, 0.2)
+    assert np.abs(light.radiance - expected).max() < 0.01
+
+
+def test_the_picture_shows_what_diffuse_rays_see():
+    def build(tree):
+        path = tree.nodes.new("ShaderNodeLightPath").outputs["Is Camera Ray"]
+        towards = tree.nodes.new("ShaderNodeTexCoord").outputs["Generated"]
+        both = node(tree, "ShaderNodeVectorMath", {"operation": "MULTIPLY_ADD"}, Vector=towards,
+                    Vector_001=(0.1, 0.1, 0.1), Vector_002=path)  # fmt: skip
+        return both.outputs[0], 1.0
+
+    world_of(build)
+    assert abs(only_light().radiance.mean()) < 0.01
+
+
+def test_a_small_bright_spot_keeps_its_flux():
+    # One bright texel, a quarter of a pixel of the picture.
+    pixels = np.zeros((1024, 2048, 4), np.float32)
+    pixels[..., 3] = 1
+    pixels[..., :3] = 0.01
+    pixels[800, 400, :3] = (9e4, 6e4, 3e4)
+    picture = image(pixels, "sky", "Non-Color", is_float=True)
+    world_of(lambda tree: (node(tree, "ShaderNodeTexEnvironment", {"image": picture, "interpolation": "Closest"})
+                           .outputs[0], 1.0))  # fmt: skip
+    radiance = only_light().radiance
+    latitude = math.pi * ((800 + np.array([0, 1])) / 1024 - 0.5)
+    solid_angle = np.diff(np.sin(latitude))[0] * 2 * math.pi / 2048
+    flux = (radiance * directions(radiance)[1][..., None]).sum(axis=(0, 1)) - 4 * math.pi * 0.01
+    assert np.allclose(flux, solid_angle * np.array([9e4, 6e4, 3e4]), rtol=0.01)
+
+
+def test_sky_with_sun_against_cycles_own_bake(scene):
+    """The light on planes facing many ways, as Cycles bakes it and as the picture gives it."""
+
+    def build(tree):
+        sky = tree.nodes.new("ShaderNodeTexSky")
+        sky.sun_elevation, sky.sun_rotation = 0.4, 0.7
+        return sky.outputs[0], 0.1
+
+    world_of(build)
+    facing = [(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1), (-1, 0, 1)]
+    picture = only_light().radiance
+    towards, solid_angle = directions(picture)
+    expected = []
+    for normal in facing:
+        unit = np.array(normal) / np.linalg.norm(normal)
+        weight = np.maximum(towards @ unit, 0) * solid_angle
+        expected.append((picture * weight[..., None]).sum(axis=(0, 1)) / math.pi)
+    baked = _baked_by_cycles(scene, facing)
+    assert np.allclose(baked, expected, rtol=0.02)
+
+
+def _baked_by_cycles(scene, facing):
+    """E / pi that Cycles bakes onto small, far apart triangles with these normals."""
+    from mathutils import Vector
+
+    scene.render.engine = "CYCLES"
+    scene.cycles.device, scene.cycles.samples, scene.cycles.use_adaptive_sampling = "CPU", 256, False
+    bpy.data.objects.remove(bpy.data.objects["quad"])
+    objects = []
+    for index, normal in enumerate(facing):
+        turn = Vector(normal).to_track_quat("Z", "Y")
+        data = bpy.data.meshes.new("plane")
+        corners = [turn @ Vector(corner) for corner in ((-0.1, -0.1, 0), (0.1, -0.1, 0), (0, 0.1, 0))]
+        data.from_pydata(corners, [], [(0, 1, 2)])
+        data.color_attributes.new("bake", "FLOAT_COLOR", "CORNER")
+        data.materials.append(bpy.data.materials.new("plane"))
+        obj = bpy.data.objects.new("plane", data)
+        obj.location = (1000 * index, 0, 0)
+        scene.collection.objects.link(obj)
+        obj.select_set(True)
+        objects.append(obj)
+    bpy.context.view_layer.objects.active = objects[0]
+    settings = scene.render.bake
+    settings.use_pass_color, settings.use_pass_direct, settings.use_pass_indirect = False, True, True
+    bpy.ops.object.bake(type="DIFFUSE", target="VERTEX_COLORS")
+    values = np.empty((len(objects), 3, 4), np.float32)
+    for row, obj in zip(values, objects, strict=True):
+        obj.data.attributes["bake"].data.foreach_get("color", row.ravel())
+    return values[..., :3].mean(axis=1)

@@ -1,6 +1,7 @@
 """What the panel's buttons do: bake, cancel, copy the report."""
 
 import math
+import time
 
 import bpy
 
@@ -9,9 +10,10 @@ from . import session
 from .job import bake_scene
 from .properties import BakeOptions, bake_request, option_names, scene_options
 
-#: seconds of work between two redraws, and between the timer's ticks
-SLICE = 0.07
-TICK = 0.02
+#: seconds of work at a time; where Blender is slow to draw, as long as it was away, so that half the time is work
+SHORTEST_SLICE, LONGEST_SLICE = 0.07, 0.5
+#: seconds between the timer's ticks, and between two redraws of the progress
+TICK, REDRAW = 0.02, 0.2
 
 
 class DETP_OT_bake(BakeOptions, bpy.types.Operator):
@@ -47,6 +49,7 @@ class DETP_OT_bake(BakeOptions, bpy.types.Operator):
         self._workspace = context.workspace.name
         self._timer = context.window_manager.event_timer_add(TICK, window=context.window)
         context.window_manager.modal_handler_add(self)
+        self._worked = time.perf_counter()
         self._show_progress(context)
         return {"RUNNING_MODAL"}
 
@@ -61,14 +64,14 @@ class DETP_OT_bake(BakeOptions, bpy.types.Operator):
                 swallowed = True  # an undo would take the scene back behind what the bake has read
             elif event.type == "TIMER":
                 try:
-                    self._bake.step(SLICE)
+                    self._work()
                 except BaseException:
                     self._close(context)
                     raise
         if self._bake.outcome is not None:
             self._close(context)
             return self._ended(self._bake)
-        if event.type == "TIMER":
+        if time.perf_counter() > self._drawn + REDRAW:
             self._show_progress(context)
         return {"RUNNING_MODAL"} if swallowed else {"PASS_THROUGH"}
 
@@ -97,6 +100,11 @@ class DETP_OT_bake(BakeOptions, bpy.types.Operator):
             return None
         return session.begin(bake_scene(context.scene, context.view_layer, request))
 
+    def _work(self):
+        away = time.perf_counter() - self._worked
+        self._bake.step(min(max(away, SHORTEST_SLICE), LONGEST_SLICE))
+        self._worked = time.perf_counter()
+
     def _ended(self, bake: session.BakeSession) -> set[str]:
         outcome = bake.outcome
         if outcome.status != session.DONE:
@@ -108,6 +116,7 @@ class DETP_OT_bake(BakeOptions, bpy.types.Operator):
         return {"FINISHED"}
 
     def _show_progress(self, context):
+        self._drawn = time.perf_counter()
         progress = self._bake.progress
         _set_status(self._workspace, f"DETP bake: {progress.phase}, {progress.fraction:.0%}   |   Esc: Cancel")
         _redraw_sidebars(context)

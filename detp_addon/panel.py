@@ -87,7 +87,7 @@ class DETP_PT_result(_Tab, bpy.types.Panel):
             icon = "ERROR" if outcome.status == session.FAILED else "INFO"
             _sentence(self.layout, outcome.message, width, icon)
             return
-        _draw_figures(self.layout, outcome.report)
+        _draw_figures(self.layout, outcome.report, context.scene.unit_settings)
         row = self.layout.row()
         row.scale_y = 1.3
         shown = shows_light(context.space_data.shading)
@@ -122,7 +122,7 @@ def _draw_progress(layout: bpy.types.UILayout, bake: session.BakeSession) -> Non
     row.operator("detp.cancel", text="Cancel", icon="X")
 
 
-def _draw_figures(layout: bpy.types.UILayout, report: BakeReport) -> None:
+def _draw_figures(layout: bpy.types.UILayout, report: BakeReport, units: bpy.types.UnitSettings) -> None:
     error = f"{report.relative_error:.1%}" if math.isfinite(report.relative_error) else "No light arrived"
     column = layout.column(align=True)
     for name, value in (
@@ -131,7 +131,7 @@ def _draw_figures(layout: bpy.types.UILayout, report: BakeReport) -> None:
         ("Time", _duration(report.seconds["total"])),
         ("Estimated Error", error),
         ("Photons", _number(report.photons)),
-        ("Radius", bpy.utils.units.to_string("METRIC", "LENGTH", report.radius, precision=3)),
+        ("Radius", _length(report.radius, units)),
         ("Gatherer", GATHERER_NAMES.get(report.gatherer, report.gatherer)),
     ):
         split = column.split(factor=0.4)
@@ -174,6 +174,11 @@ def _line_length(context) -> int:
     """Characters that fit a line of the sidebar beside an icon."""
     scale = context.preferences.system.ui_scale
     return max(20, int((context.region.width / scale - 70) / 6.2))
+
+
+def _length(metres: float, units: bpy.types.UnitSettings) -> str:
+    """As Blender's own fields show it."""
+    return bpy.utils.units.to_string(units.system, "LENGTH", metres * units.scale_length, precision=3)
 
 
 def _number(number: int) -> str:

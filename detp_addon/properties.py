@@ -130,7 +130,7 @@ class BakeOptions:
         options={"SKIP_SAVE"},
     )
     activate: BoolProperty(
-        name="Set Active",
+        name="Make Active",
         description="Make the attribute the one that the viewport and renders show",
         default=True,
         options={"SKIP_SAVE"},

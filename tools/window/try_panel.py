@@ -232,9 +232,13 @@ def try_switching_off():
 
 
 def set_up():
-    """The settings of all these bakes."""
+    """The settings of all these bakes, and a view that is good for pictures."""
     settings = bpy.context.scene.detp
     settings.auto_photons, settings.photons = False, int(PHOTONS)
+    for obj in bpy.context.view_layer.objects:
+        obj.select_set(False)
+    if bpy.context.scene.camera:
+        user.view_area().spaces[0].region_3d.view_perspective = "CAMERA"
 
 
 def main():

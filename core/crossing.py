@@ -18,15 +18,29 @@ def crosses(origins, ends, centres, normals, radii) -> np.ndarray:
     s.n < 0. The centre is subtracted first, in float64, which keeps the test exact far from the origin.
     Sums are written out, so that every gatherer gets the same bits for the same pair.
     """
-    s = ends - origins
-    w = centres - origins
-    sx, sy, sz = s[..., 0], s[..., 1], s[..., 2]
-    wx, wy, wz = w[..., 0], w[..., 1], w[..., 2]
-    nx, ny, nz = normals[..., 0], normals[..., 1], normals[..., 2]
+    return _tested(origins, ends, centres, normals, radii)[0]
+
+
+def crossing_times(origins, ends, centres, normals, radii) -> tuple[np.ndarray, np.ndarray]:
+    """What :func:`crosses` says, and the place t = (w.n)/(s.n) of each crossing along its segment.
+
+    t is in 0..1 where the segment crosses, and means nothing elsewhere. Equal pairs give equal bits.
+    """
+    hit, facing, height = _tested(origins, ends, centres, normals, radii)
+    with np.errstate(all="ignore"):
+        return hit, height / facing
+
+
+def _tested(origins, ends, centres, normals, radii):
+    # Component by component: whole columns are read at once when the caller's rows are transposed views.
+    sx, sy, sz = (ends[..., axis] - origins[..., axis] for axis in range(3))
+    wx, wy, wz = (centres[..., axis] - origins[..., axis] for axis in range(3))
+    nx, ny, nz = (normals[..., axis] for axis in range(3))
     facing = sx * nx + sy * ny + sz * nz
     height = wx * nx + wy * ny + wz * nz
     dx = sx * height - wx * facing
     dy = sy * height - wy * facing
     dz = sz * height - wz * facing
     reach = radii * facing
-    return (facing < 0) & (height <= 0) & (height >= facing) & (dx * dx + dy * dy + dz * dz <= reach * reach)
+    hit = (facing < 0) & (height <= 0) & (height >= facing) & (dx * dx + dy * dy + dz * dz <= reach * reach)
+    return hit, facing, height

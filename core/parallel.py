@@ -34,3 +34,26 @@ def ordered_map(function: Callable[[Task], Result], tasks: Iterable[Task]) -> It
         with ThreadPoolExecutor(workers) as pool:
             results = list(pool.map(function, group))
         yield from results
+
+
+def interleaved(streams: Iterable[Iterator[Result]]) -> Iterator[Result]:
+    """Yield an item of each stream in turn, a few at a time in parallel, until all have ended.
+
+    The order depends on the streams alone, not on the number of threads. No stream may share state with
+    another that a step changes.
+    """
+    streams = list(streams)
+    while streams:
+        remaining = []
+        for stream, item in zip(streams, ordered_map(_advanced, streams), strict=True):
+            if item is not _END:
+                remaining.append(stream)
+                yield item
+        streams = remaining
+
+
+_END = object()
+
+
+def _advanced(stream: Iterator):
+    return next(stream, _END)

@@ -1,0 +1,66 @@
+"""Disc Indexing: each segment walks an index over the discs from its origin to its end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from ..discs import TangentDiscs
+from ..errors import InvalidSettingError
+from ..segments import Segments
+from ..space_filling import curve_order
+from .disc_grid import DiscGrid, fitting_cell, wanted_cell
+from .disc_search import DiscSearch
+from .disc_tree import DiscTree
+from .exact_test import ExactTest, columns
+from .gatherer import Crossings
+from .streams import in_lanes, portions
+
+SEGMENTS = 1 << 16  # most segments that walk the index together
+INDEXES: dict[str, Callable[[TangentDiscs], DiscSearch]] = {"grid": DiscGrid, "tree": DiscTree}
+# From here on the grid's cells, enlarged to fit into memory, hold so many discs that the tree is faster.
+COARSE = 8.0
+
+
+class DiscIndex:
+    """The study's second gatherer, which works with any kind of index.
+
+    discs  the TangentDiscs to search
+    index  "grid", "tree", "auto" (the grid, unless its cells would have to be COARSE times too large), or what
+           makes an index of one's own from the discs
+
+    Raises InvalidSettingError for any other name.
+    """
+
+    name = "disc-index"
+
+    def __init__(self, discs: TangentDiscs, index: str | Callable[[TangentDiscs], DiscSearch] = "auto"):
+        if index == "auto":
+            index = favoured_index(discs)
+        if not callable(index) and index not in INDEXES:
+            raise InvalidSettingError(f"Unknown disc index '{index}': choose auto, {', '.join(INDEXES)}.")
+        self.index = index
+        self._order = curve_order(discs.centres)
+        self._test = ExactTest(discs, self._order)
+        make = INDEXES.get(index, index)
+        self._search: DiscSearch | None = make(discs.taken(self._order)) if len(discs) else None
+
+    def crossings(self, segments: Segments) -> Iterator[Crossings]:
+        """Yield all crossings of ``segments``, each pair once, in chunks of bounded size."""
+        if self._search is None:
+            return iter(())
+        return in_lanes(len(segments), SEGMENTS, lambda rows: portions(self._found(segments, rows), 32))
+
+    def _found(self, segments: Segments, rows: slice) -> Iterator[Crossings]:
+        origins, ends = columns(segments, rows)
+        for candidates in self._search.candidates(origins, ends):
+            hit, time = self._test(origins, ends, candidates.segment, candidates.disc)
+            found = (hit & (candidates.first <= time) & (time < candidates.last)).nonzero()[0]
+            yield Crossings(rows.start + candidates.segment.take(found), self._order.take(candidates.disc.take(found)))
+
+
+def favoured_index(discs: TangentDiscs) -> str:
+    """The kind of index that measured faster for such discs."""
+    if len(discs) == 0:
+        return "grid"
+    wanted = wanted_cell(discs)
+    return "grid" if fitting_cell(discs, wanted) < COARSE * wanted else "tree"

@@ -1,0 +1,132 @@
+"""A balanced tree over the discs, for discs spread too unevenly for a grid."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ..discs import TangentDiscs
+from .balanced_tree import BRANCHES, BalancedTree
+from .disc_bounds import extents, frame_around, sides
+from .disc_search import Candidates
+from .empty_boxes import ANY_WAY, directions, facing_octants, octants_of
+from .local_frame import MARGIN, Pieces
+from .patches import Patches, Stretches
+
+LEAF = 8  # most discs of a leaf
+BLOCK = 1 << 14  # pairs of a piece and a node looked at together
+_LARGE = np.float32(1e30)
+
+
+class DiscTree:
+    """Boxes around discs and around their normals, halved at the median along the longest side.
+
+    The roots keep the discs apart by the axis and side that their normals point to, so that whole walls are
+    left out at once by the segments that cannot face them.
+
+    discs  N >= 1 TangentDiscs
+    """
+
+    def __init__(self, discs: TangentDiscs):
+        self._frame = frame_around(discs)
+        extent = extents(discs)
+        tree = BalancedTree.over(discs.centres, sides(discs), LEAF)
+        leaves = tree.leaves
+        self._child, self._roots = tree.child, np.arange(tree.levels[1])
+        self._leaf = np.full(len(tree.child), -1)
+        self._leaf[leaves] = np.arange(len(leaves))
+        self._patches = Patches.of(self._frame, discs, tree.order.astype(np.int32), tree.start[leaves])
+        low = tree.bounds(self._frame.local(discs.centres - extent) - MARGIN, np.minimum).astype(np.float32)
+        high = tree.bounds(self._frame.local(discs.centres + extent) + MARGIN, np.maximum).astype(np.float32)
+        octants = tree.bounds(facing_octants(discs.normals)[:, None], np.bitwise_or)[:, 0]
+        self._boxes = _mirrored_boxes(low, high, octants)
+
+    def candidates(self, origins: np.ndarray, ends: np.ndarray) -> Iterator[Candidates]:
+        """Descend the tree with the segments from origins to ends (3, S), in metres; yield what may be crossed."""
+        pieces = self._frame.pieces(origins, ends)
+        held: list[Stretches] = []
+        for leaves in self._leaves(pieces):
+            held.append(leaves)
+            if sum(map(len, held)) >= BLOCK:
+                yield from self._within(pieces, held)
+                held = []
+        if held:
+            yield from self._within(pieces, held)
+
+    def _within(self, pieces: Pieces, held: list[Stretches]) -> Iterator[Candidates]:
+        stretches = Stretches.joined(held)
+        for row, disc in self._patches.candidates(pieces, stretches):
+            segment = pieces.segment.take(stretches.piece.take(row))
+            # A disc is in one leaf alone, so its crossing counts wherever it lies.
+            nowhere = np.broadcast_to(np.inf, len(row))
+            yield Candidates(segment, disc, -nowhere, nowhere)
+
+    def _leaves(self, pieces: Pieces) -> Iterator[Stretches]:
+        """Descend depth first, in blocks of pairs, so that only the blocks beside the path are waiting."""
+        octant = octants_of(pieces.step)
+        offset = np.where(directions(pieces.step) == ANY_WAY, 8 + octant, octant) * len(self._child)
+        rays = _mirrored_rays(pieces)
+        count = len(offset)
+        starts = [np.arange(begin, min(begin + BLOCK, count)) for begin in range(0, count, BLOCK)]
+        waiting = [(piece, np.full(len(piece), root)) for piece in starts for root in self._roots]
+        while waiting:
+            met = self._met(rays, offset, *_last_pairs(waiting))
+            child = self._child.take(met.patch)
+            leaves = met.taken(np.flatnonzero(child < 0))
+            if len(leaves):
+                yield Stretches(leaves.piece, self._leaf.take(leaves.patch), leaves.first, leaves.last)
+            inner = np.flatnonzero(child >= 0)
+            node = (child.take(inner)[:, None] + np.arange(BRANCHES)).ravel()
+            piece = np.repeat(met.piece.take(inner), BRANCHES)
+            waiting += [(piece[at : at + BLOCK], node[at : at + BLOCK]) for at in range(0, len(node), BLOCK)]
+
+    def _met(self, rays: np.ndarray, offset: np.ndarray, piece: np.ndarray, node: np.ndarray) -> Stretches:
+        """The pairs whose piece passes the node's box in a direction that something in it may face."""
+        time = self._boxes.take(node + offset.take(piece), axis=0)
+        time -= rays[0].take(piece, axis=0)
+        time *= rays[1].take(piece, axis=0)
+        first = np.maximum(time[:, 0], time[:, 1])
+        np.maximum(first, time[:, 2], out=first)
+        np.maximum(first, np.float32(0.0), out=first)
+        last = np.minimum(time[:, 4], time[:, 5])
+        np.minimum(last, time[:, 6], out=last)
+        np.minimum(last, np.float32(1.0), out=last)
+        kept = np.flatnonzero(first <= last)
+        return Stretches(piece.take(kept), node.take(kept), first.take(kept), last.take(kept))
+
+
+def _mirrored_boxes(low: np.ndarray, high: np.ndarray, octants: np.ndarray) -> np.ndarray:
+    """Boxes (16 * K, 8) as low x, y, z, 0, high x, y, z, 0 for the directions of each octant.
+
+    Mirrored, so that all directions of the octant go towards greater x, y and z and enter by the low side.
+    For the first eight octants a box without anything that faces them is empty; the other eight keep all.
+    """
+    boxes = np.zeros((16, len(low), 8), np.float32)
+    for octant in range(8):
+        for axis in range(3):
+            near, far = (high, low) if octant >> axis & 1 else (low, high)
+            sign = np.float32(-1.0 if octant >> axis & 1 else 1.0)
+            boxes[octant::8, :, axis] = sign * near[:, axis]
+            boxes[octant::8, :, axis + 4] = sign * far[:, axis]
+        boxes[octant, (octants >> octant & 1) == 0, :3] = np.inf
+    return boxes.reshape(-1, 8)
+
+
+def _mirrored_rays(pieces: Pieces) -> np.ndarray:
+    """Start and inverse step (2, P, 8), laid out and mirrored as the boxes of the pieces' octants."""
+    rays = np.zeros((2, len(pieces.segment), 8), np.float32)
+    with np.errstate(divide="ignore"):
+        inverse = np.minimum(np.float32(1.0) / np.abs(pieces.step), _LARGE)
+    rays[0, :, :3] = rays[0, :, 4:7] = np.where(pieces.step < 0, -pieces.start, pieces.start).T
+    rays[1, :, :3] = rays[1, :, 4:7] = inverse.T
+    return rays
+
+
+def _last_pairs(waiting: list[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
+    """Take the last pairs off the list, up to BLOCK of them, so that no block is too small for its overhead."""
+    taken = [waiting.pop()]
+    while waiting and sum(len(piece) for piece, _ in taken) + len(waiting[-1][0]) <= BLOCK:
+        taken.append(waiting.pop())
+    pieces, nodes = zip(*taken, strict=True)
+    return np.concatenate(pieces), np.concatenate(nodes)

@@ -1,0 +1,144 @@
+"""Patches of neighbouring discs with similar normals, bounded by a thin slab, and the quick look into them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from .local_frame import MARGIN, LocalFrame, Pieces
+from .ranges import blocks, expanded_blocks
+
+RECORDS = 1 << 14  # stretches looked at together, so that their columns stay in the processor's cache
+CANDIDATES = 1 << 16  # and pairs
+_LARGE = np.float32(1e30)
+
+
+@dataclass(frozen=True)
+class Stretches:
+    """Where along its segment a patch may be crossed; pieces and patches by row, one row per stretch.
+
+    piece  (R,) int64, row in Pieces
+    patch  (R,) int64, row in Patches
+    first  (R,) float32, as a share 0..1 of the piece
+    last   (R,) float32
+    """
+
+    piece: np.ndarray
+    patch: np.ndarray
+    first: np.ndarray
+    last: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.piece)
+
+    @staticmethod
+    def joined(parts: list[Stretches]) -> Stretches:
+        """All rows of ``parts``, at least one, in their order."""
+        names = ("piece", "patch", "first", "last")
+        return Stretches(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+
+    def taken(self, rows) -> Stretches:
+        """These rows (index array or slice)."""
+        return Stretches(self.piece[rows], self.patch[rows], self.first[rows], self.last[rows])
+
+
+@dataclass(frozen=True)
+class Patches:
+    """K groups of discs; a disc may be in several. In the units of one LocalFrame, float32.
+
+    start, count  (K,)   the members of patch k are member[start[k] : start[k] + count[k]]
+    member        (E,)   int32, row in the discs
+    normal        (3, K) unit, the mean of the members' normals
+    low, high     (K,)   the members lie between these two planes, as distances along ``normal``
+    tilt          (K,)   sine of the largest angle between ``normal`` and a member's, 1 beyond 90 degrees
+    balls         (N, 4) centre and radius of every disc
+    """
+
+    start: np.ndarray
+    count: np.ndarray
+    member: np.ndarray
+    normal: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    tilt: np.ndarray
+    balls: np.ndarray
+
+    @classmethod
+    def of(cls, frame: LocalFrame, discs, member: np.ndarray, start: np.ndarray) -> Patches:
+        """Bound the groups ``member[start[k]:start[k + 1]]`` of ``discs``; no group is empty."""
+        centres, radii = frame.local(discs.centres), discs.radii / frame.unit
+        count = np.diff(start, append=len(member))
+        normal = np.empty((3, len(start)), np.float32)
+        low, high, tilt = (np.empty(len(start), np.float32) for _ in range(3))
+        for rows in blocks(count, 1 << 18):
+            groups, begin = member[start[rows.start] : start[rows.stop - 1] + count[rows.stop - 1]], start[rows]
+            begin = begin - begin[0]
+            normals = discs.normals[groups]
+            mean = np.add.reduceat(normals, begin, axis=0)
+            length = np.linalg.norm(mean, axis=1)[:, None]
+            # Normals that cancel have no mean: any direction bounds them, if less tightly.
+            mean = np.where(length > 1e-6, mean / np.maximum(length, 1e-6), [0.0, 0.0, 1.0])
+            # The rounded axis is the one that is used, so bound the discs along that one.
+            normal[:, rows] = mean.T
+            mean = np.repeat(normal[:, rows].T.astype(np.float64), count[rows], axis=0)
+            cosine = (mean * normals).sum(axis=1)
+            middle = (mean * centres[groups]).sum(axis=1)
+            half = radii[groups] * np.sqrt(np.maximum((mean * mean).sum(axis=1) - cosine**2, 0.0)) + MARGIN
+            low[rows] = np.minimum.reduceat(middle - half, begin)
+            high[rows] = np.maximum.reduceat(middle + half, begin)
+            smallest = np.minimum.reduceat(cosine, begin)
+            tilt[rows] = np.where(smallest > 0.0, np.sqrt(np.maximum(1.0 - smallest**2, 0.0)), 1.0) + 1e-3
+        balls = np.column_stack([centres, radii]).astype(np.float32)
+        return cls(start, count, member, normal, low, high, tilt, balls)
+
+    def candidates(self, pieces: Pieces, stretches: Stretches) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """Yield rows of ``stretches`` and discs that may cross there, in bounded pairs of arrays (C,) int64."""
+        for begin in range(0, len(stretches), RECORDS):
+            kept, middle = self._narrowed(pieces, stretches.taken(slice(begin, begin + RECORDS)))
+            patch = stretches.patch[begin:].take(kept)
+            ranges = self.start.take(patch), self.count.take(patch)
+            for owner, place in expanded_blocks(*ranges, CANDIDATES):
+                disc = self.member.take(place).astype(np.int64)
+                gap = self.balls.take(disc, axis=0)
+                gap -= middle.take(owner, axis=0)
+                gap *= gap
+                distance = gap[:, 0] + gap[:, 1]
+                distance += gap[:, 2]
+                near = (distance <= gap[:, 3]).nonzero()[0]
+                yield begin + kept.take(owner.take(near)), disc.take(near)
+
+    def _narrowed(self, pieces: Pieces, stretches: Stretches) -> tuple[np.ndarray, np.ndarray]:
+        """The rows that meet their patch's slab from the front, and a ball around what is inside the slab.
+
+        The balls (R, 4) hold the centre and minus the radius, so that subtracting them from a disc's ball
+        gives the vector between the centres and the sum of the radii.
+        """
+        patch = stretches.patch
+        normal = self.normal.take(patch, axis=1)
+        start, step = pieces.start.take(stretches.piece, axis=1), pieces.step.take(stretches.piece, axis=1)
+        reach = pieces.reach.take(stretches.piece)
+        height, facing = _dot(normal, start), _dot(normal, step)
+        with np.errstate(all="ignore"):
+            # Limited, so that a piece parallel to the slab has no 0 * infinity.
+            inverse = np.clip(1.0 / facing, -_LARGE, _LARGE)
+        one = (self.low.take(patch) - height) * inverse
+        other = (self.high.take(patch) - height) * inverse
+        first = np.maximum(stretches.first, np.minimum(one, other))
+        last = np.minimum(stretches.last, np.maximum(one, other))
+        # Some member faces the piece unless facing > reach * tilt.
+        kept = ((first <= last) & (facing <= reach * self.tilt.take(patch) + np.float32(MARGIN))).nonzero()[0]
+        first, last = first.take(kept), last.take(kept)
+        middle = (first + last) * np.float32(0.5)
+        ball = np.empty((len(kept), 4), np.float32)
+        np.add(start.take(kept, axis=1), middle * step.take(kept, axis=1), out=ball[:, :3].T)
+        ball[:, 3] = (middle - last) * reach.take(kept) - np.float32(2 * MARGIN)
+        return kept, ball
+
+
+def _dot(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    product = one * other
+    total = product[0] + product[1]
+    total += product[2]
+    return total

@@ -15,10 +15,12 @@ from .estimate import Accumulator, IrradianceEstimate
 from .gatherers.choose import make_gatherer
 from .parallel import ordered_map
 from .radius import choose_radius
+from .rays import RayCaster
 from .scene import Scene
 from .segments import Segments
 from .settings import BakeSettings
 from .tracing import PhotonTracer
+from .visible_area import visible_discs
 
 #: Particles traced at a time, and gathered at a time. Fixed, because the random numbers follow from them:
 #: a seed gives the same light whatever the machine, the gatherer or the number of threads.
@@ -40,6 +42,7 @@ class BakeResult:
     """What a bake found, and how.
 
     estimate      irradiance at the N points, with its standard error
+    hidden        (N,) points that no light can reach because they are buried in other geometry: nothing is known there
     radius        of the discs, metres
     gatherer      name, and ``reason`` for its choice
     photons, segments   how many were traced
@@ -48,6 +51,7 @@ class BakeResult:
     """
 
     estimate: IrradianceEstimate
+    hidden: np.ndarray
     radius: float
     gatherer: str
     reason: str
@@ -59,9 +63,12 @@ class BakeResult:
 
 
 def bake(
-    scene: Scene, centres: np.ndarray, normals: np.ndarray, settings: BakeSettings
+    scene: Scene, centres: np.ndarray, normals: np.ndarray, settings: BakeSettings, inward: np.ndarray | None = None
 ) -> Generator[Progress, None, BakeResult]:
     """Estimate the irradiance at points ``centres`` (N, 3) m with unit ``normals`` (N, 3), step by step.
+
+    ``inward`` (N, 3) metres leads from points on an edge into their own faces (see core/visible_area.py); None when all
+    points lie inside faces.
 
     Yields a Progress often (a user interface calls next() between redraws; closing the generator cancels) and
     returns a BakeResult. Memory is bounded by the batch. Raises NoMeshError without points, NoLightError without
@@ -72,12 +79,18 @@ def bake(
     stopwatch = _Stopwatch("radius", "trace", "gather")
     yield Progress("Choosing the radius", 0.0)
     with stopwatch("radius"):
-        radius = settings.radius or choose_radius(scene, centres, normals, settings)
-    discs = TangentDiscs.of_radius(centres, normals, radius)
-    with stopwatch("trace"):
-        tracer = PhotonTracer(scene, scene.bounds.expanded(radius), settings.bounces)
+        caster = RayCaster(scene.corners)
+        radius = settings.radius or choose_radius(scene, caster, centres, normals, settings)
+    yield Progress("Placing the discs", 0.0)
     with stopwatch("gather"):
+        if settings.estimator == "plain":
+            discs, visible = TangentDiscs.of_radius(centres, normals, radius), None
+        else:
+            inward = np.zeros_like(centres) if inward is None else inward
+            discs, visible = visible_discs(caster, centres, normals, inward, radius)
         gatherer, reason = make_gatherer(settings.gatherer, discs)
+    with stopwatch("trace"):
+        tracer = PhotonTracer(scene, caster, scene.bounds.expanded(2 * radius), settings.bounces)
 
     estimate = IrradianceEstimate.empty(len(discs))
     segment_count, cut = 0, np.zeros(3)
@@ -98,7 +111,7 @@ def bake(
             cut += traced.cut_flux * (share / settings.photon_count)
         segments = Segments.joined(parts)
         segment_count += len(segments)
-        accumulator = Accumulator(discs, segments, particles)
+        accumulator = Accumulator(discs, segments, particles, visible)
         found = gatherer.crossings(segments)
         with stopwatch("gather"):
             crossings = next(found, None)
@@ -110,6 +123,7 @@ def bake(
         estimate = estimate.merged(accumulator.estimate())
     return BakeResult(
         estimate=estimate,
+        hidden=np.zeros(len(discs), bool) if visible is None else visible.hidden,
         radius=radius,
         gatherer=gatherer.name,
         reason=reason,

@@ -10,6 +10,7 @@ from .discs import TangentDiscs
 from .errors import InvalidArrayError
 from .gatherers.gatherer import Crossings
 from .segments import Segments
+from .visible_area import VisibleArea
 
 
 @dataclass(frozen=True)
@@ -71,20 +72,25 @@ class IrradianceEstimate:
 
 
 class Accumulator:
-    """Adds the crossings of one batch of ``particles`` up to an :class:`IrradianceEstimate`."""
+    """Adds the crossings of one batch of ``particles`` up to an :class:`IrradianceEstimate`.
 
-    def __init__(self, discs: TangentDiscs, segments: Segments, particles: int):
-        self._scale = particles / discs.areas
-        self._flux = segments.flux
+    With a ``visible`` area only crossings inside it count and are divided by it, without one the whole disc.
+    """
+
+    def __init__(self, discs: TangentDiscs, segments: Segments, particles: int, visible: VisibleArea | None = None):
+        self._discs, self._segments, self._visible = discs, segments, visible
+        self._scale = particles / (discs.areas if visible is None else visible.areas)
         self._particles = particles
         self._total = np.zeros((len(discs), 3))
         self._squares = np.zeros((len(discs), 3))
 
     def add(self, crossings: Crossings) -> None:
         """Count these crossings in; each pair must come once."""
+        if self._visible is not None:
+            crossings = self._visible.kept(self._discs, self._segments, crossings)
         count = len(self._total)
         for channel in range(3):
-            flux = self._flux[crossings.segment, channel]
+            flux = self._segments.flux[crossings.segment, channel]
             self._total[:, channel] += np.bincount(crossings.disc, flux, count)
             self._squares[:, channel] += np.bincount(crossings.disc, flux * flux, count)
 

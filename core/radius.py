@@ -7,6 +7,7 @@ import numpy as np
 from .discs import TangentDiscs
 from .estimate import Accumulator
 from .gatherers.choose import make_gatherer
+from .rays import RayCaster
 from .scene import Scene
 from .settings import BakeSettings
 from .tracing import PhotonTracer
@@ -20,7 +21,9 @@ SMALLEST_SHARE = 1e-5
 LARGEST_SHARE = 0.05
 
 
-def choose_radius(scene: Scene, centres: np.ndarray, normals: np.ndarray, settings: BakeSettings) -> float:
+def choose_radius(
+    scene: Scene, caster: RayCaster, centres: np.ndarray, normals: np.ndarray, settings: BakeSettings
+) -> float:
     """Radius in metres at which the settings' photons give their target error at the median lit point.
 
     A pilot trace measures the relative standard error e0 with n0 particles at radius d0. The flux through a disc
@@ -33,7 +36,7 @@ def choose_radius(scene: Scene, centres: np.ndarray, normals: np.ndarray, settin
     if len(rows) > PILOT_POINTS:
         rows = np.sort(generator.choice(rows, PILOT_POINTS, replace=False))
     discs = TangentDiscs.of_radius(centres[rows], normals[rows], pilot_radius)
-    tracer = PhotonTracer(scene, scene.bounds.expanded(pilot_radius), settings.bounces)
+    tracer = PhotonTracer(scene, caster, scene.bounds.expanded(pilot_radius), settings.bounces)
     segments = tracer.trace(PILOT_PHOTONS, generator).segments
     accumulator = Accumulator(discs, segments, PILOT_PHOTONS)
     gatherer, _ = make_gatherer("auto", discs)

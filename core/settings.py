@@ -18,6 +18,10 @@ QUALITIES = {
 GATHERERS = ("auto", "disc-index", "sphere-cache", "brute-force")
 
 
+#: visible: the part of each disc that its centre sees; plain: the whole disc, as in the study
+ESTIMATORS = ("visible", "plain")
+
+
 @dataclass(frozen=True)
 class BakeSettings:
     """How to bake. ``None`` takes the quality's value, or for the radius the automatic one.
@@ -28,6 +32,7 @@ class BakeSettings:
     bounces   most reflections of one photon path, >= 0
     seed      of the random numbers; equal seeds give equal results on any number of threads
     gatherer  one of GATHERERS
+    estimator one of ESTIMATORS
 
     Raises InvalidSettingError on anything else.
     """
@@ -38,12 +43,15 @@ class BakeSettings:
     bounces: int = 64
     seed: int = 0
     gatherer: str = "auto"
+    estimator: str = "visible"
 
     def __post_init__(self):
         if self.quality not in QUALITIES:
             raise InvalidSettingError(f"Unknown quality '{self.quality}': choose {', '.join(QUALITIES)}.")
         if self.gatherer not in GATHERERS:
             raise InvalidSettingError(f"Unknown gatherer '{self.gatherer}': choose {', '.join(GATHERERS)}.")
+        if self.estimator not in ESTIMATORS:
+            raise InvalidSettingError(f"Unknown estimator '{self.estimator}': choose {', '.join(ESTIMATORS)}.")
         if self.photons is not None and self.photons < 1:
             raise InvalidSettingError(f"At least 1 photon is needed, not {self.photons}.")
         if self.radius is not None and not (math.isfinite(self.radius) and self.radius > 0):

@@ -36,20 +36,19 @@ class TracedPhotons:
 
 
 class PhotonTracer:
-    """Traces particles through ``scene``; distant lights shoot at ``bounds``, which holds scene and discs.
+    """Traces particles through ``scene`` with its ``caster``; distant lights shoot at ``bounds`` (scene and discs).
 
     Attribute ``emitted_flux`` (3,): the radiant flux in W of all lights together. Raises NoLightError when it is zero.
     """
 
-    def __init__(self, scene: Scene, bounds: Bounds, bounces: int):
+    def __init__(self, scene: Scene, caster: RayCaster, bounds: Bounds, bounces: int):
         self._bounds = bounds
         self._bounces = bounces
         self._albedo = scene.albedo
         # Most scenes let no light pass, and then pay nothing for it.
         self._transmittance = scene.transmittance if scene.transmittance.any() else None
-        corners = scene.corners
-        self._caster = RayCaster(corners)
-        self._normals, _ = normals_and_areas(corners)
+        self._caster = caster
+        self._normals, _ = normals_and_areas(scene.corners)
         self._emission = Emission(scene, bounds)
         self.emitted_flux = self._emission.flux
 

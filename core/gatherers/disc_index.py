@@ -48,7 +48,7 @@ class DiscIndex:
         """Yield all crossings of ``segments``, each pair once, in chunks of bounded size."""
         if self._search is None:
             return iter(())
-        return in_lanes(len(segments), SEGMENTS, lambda rows: portions(self._found(segments, rows), 32))
+        return in_lanes(len(segments), SEGMENTS, lambda rows: portions(self._found(segments, rows), 12))
 
     def _found(self, segments: Segments, rows: slice) -> Iterator[Crossings]:
         origins, ends = columns(segments, rows)

@@ -1,0 +1,140 @@
+"""The part of a tangent disc that its centre can see: what remains of it beside walls and inside hollows.
+
+The plain estimator divides by the whole disc, of which a part may lie behind a wall: there it finds no light, or the
+light of the other side. Here short rays within the tangent plane measure how far each disc reaches in each direction;
+only crossings inside this outline count, and they are divided by its area.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .checks import unit_rows
+from .discs import TangentDiscs
+from .gatherers.gatherer import Crossings
+from .rays import RayCaster
+from .sampling import frames
+from .segments import Segments
+
+#: Rays in the tangent plane. Neighbours are joined by straight lines, so a wall's outline is exact.
+DIRECTIONS = 32
+
+#: Points are moved into their own face, and discs lifted off it, by this share of the radius, so that a point on the
+#: line where two walls meet is clearly in front of both.
+NUDGE = 0.01
+
+#: Higher lifts, in radii, that are tried while each shows GAIN times the area of the one before: inside a hollow, where
+#: the tangent plane lies behind the surface, a disc must be lifted by its sagitta.
+LIFTS = (0.05, 0.2)
+GAIN = 1.3
+
+#: Below this share of its disc a point counts as hidden: buried in other geometry or squeezed between surfaces.
+SMALLEST_SHARE = 0.002
+
+#: Points whose rays are cast at a time.
+POINTS_PER_CHUNK = 1 << 14
+
+
+@dataclass(frozen=True)
+class VisibleArea:
+    """Outlines of N discs, DIRECTIONS distances each, seen from their centres.
+
+    reach    (N, DIRECTIONS) metres, at equal angles from the disc's first frame vector
+    areas    (N,) m^2 inside the outline; the whole disc's where nothing stands in the way
+    partial  (N,) whether anything does
+    hidden   (N,) whether so little is left that the point has no light of its own
+    """
+
+    reach: np.ndarray
+    areas: np.ndarray
+    partial: np.ndarray
+    hidden: np.ndarray
+
+    def kept(self, discs: TangentDiscs, segments: Segments, crossings: Crossings) -> Crossings:
+        """The ``crossings`` that lie inside the outlines."""
+        doubtful = np.flatnonzero(self.partial[crossings.disc])
+        disc, segment = crossings.disc[doubtful], crossings.segment[doubtful]
+        x, y = _offsets(discs, segments, segment, disc)
+        turn = np.arctan2(y, x) * (DIRECTIONS / (2 * np.pi))
+        sector = np.floor(turn).astype(np.int64)
+        ax, ay = _corner(self.reach, disc, sector)
+        bx, by = _corner(self.reach, disc, sector + 1)
+        outside = (bx - ax) * (y - ay) < (by - ay) * (x - ax)
+        keep = np.full(len(crossings), True)
+        keep[doubtful[outside]] = False
+        return Crossings(crossings.segment[keep], crossings.disc[keep])
+
+
+def visible_discs(
+    caster: RayCaster, centres: np.ndarray, normals: np.ndarray, inward: np.ndarray, radius: float
+) -> tuple[TangentDiscs, VisibleArea]:
+    """Discs of ``radius`` at points (N, 3) with ``normals`` (N, 3), put in front of the surface, and their outlines.
+
+    ``inward`` (N, 3) metres leads from each point into its own faces, at most half of which it is moved along; zero
+    where it need not be.
+    """
+    discs = TangentDiscs.of_radius(centres, normals, radius)
+    nudge = max(NUDGE * radius, 8 * caster.tolerance)
+    length = np.linalg.norm(inward, axis=1)
+    share = np.minimum(nudge / np.maximum(length, nudge), 0.5)
+    based = discs.centres + share[:, None] * inward
+    parts = [slice(start, start + POINTS_PER_CHUNK) for start in range(0, len(discs), POINTS_PER_CHUNK)]
+    found = [_lifted(caster, based[rows], discs.normals[rows], radius, nudge) for rows in parts]
+    lifts, reach = (np.concatenate(columns) for columns in zip(*found, strict=True))
+    partial = (reach < radius).any(axis=1)
+    areas = np.where(partial, _outline_area(reach), np.pi * radius**2)
+    hidden = areas < SMALLEST_SHARE * np.pi * radius**2
+    area = VisibleArea(reach, np.where(hidden, np.pi * radius**2, areas), partial, hidden)
+    return TangentDiscs(based + lifts[:, None] * discs.normals, discs.normals, discs.radii), area
+
+
+def _lifted(caster, centres, normals, radius, nudge) -> tuple[np.ndarray, np.ndarray]:
+    """The lift (N,) of each disc and its outline (N, DIRECTIONS) there."""
+    lifts = np.full(len(centres), nudge)
+    reach = _reach(caster, centres + nudge * normals, normals, radius)
+    areas = _outline_area(reach)
+    open_area = _outline_area(np.full((1, DIRECTIONS), radius))[0]
+    rows = np.flatnonzero(areas < open_area / GAIN)
+    for share in LIFTS:
+        higher = _reach(caster, centres[rows] + share * radius * normals[rows], normals[rows], radius)
+        gains = _outline_area(higher) > GAIN * areas[rows]
+        rows, higher = rows[gains], higher[gains]
+        lifts[rows], reach[rows], areas[rows] = share * radius, higher, _outline_area(higher)
+    return lifts, reach
+
+
+def _reach(caster: RayCaster, origins, normals, radius: float) -> np.ndarray:
+    """How far (N, DIRECTIONS) one sees within the tangent plane, up to ``radius``."""
+    first, second = (axis[:, None] for axis in frames(normals))
+    angle = (np.arange(DIRECTIONS) * (2 * np.pi / DIRECTIONS))[:, None]
+    directions = unit_rows((np.cos(angle) * first + np.sin(angle) * second).reshape(-1, 3), "directions")
+    starts = np.repeat(origins, DIRECTIONS, axis=0)
+    hits = caster.first_hits(starts, directions)
+    distance = np.linalg.norm(hits.points - starts, axis=1)
+    return np.where(hits.triangle < 0, radius, np.minimum(distance, radius)).reshape(-1, DIRECTIONS)
+
+
+def _outline_area(reach: np.ndarray) -> np.ndarray:
+    """Area (N,) of the polygon through the ends of the rays: the sum of its triangles."""
+    return 0.5 * np.sin(2 * np.pi / DIRECTIONS) * (reach * np.roll(reach, -1, axis=1)).sum(axis=1)
+
+
+def _offsets(discs: TangentDiscs, segments: Segments, segment, disc) -> tuple[np.ndarray, np.ndarray]:
+    """Where (C,) each segment crosses its disc, along the disc's two frame vectors from its centre, metres."""
+    normals = discs.normals[disc]
+    origins = segments.origins[segment]
+    along = segments.ends[segment] - origins
+    away = discs.centres[disc] - origins
+    time = np.einsum("ij,ij->i", away, normals) / np.einsum("ij,ij->i", along, normals)
+    offset = time[:, None] * along - away
+    first, second = frames(normals)
+    return np.einsum("ij,ij->i", offset, first), np.einsum("ij,ij->i", offset, second)
+
+
+def _corner(reach: np.ndarray, disc, sector) -> tuple[np.ndarray, np.ndarray]:
+    """The outline's corner (C,), (C,) at the start of each sector, in the disc's frame."""
+    distance = reach[disc, sector % DIRECTIONS]
+    angle = sector * (2 * np.pi / DIRECTIONS)
+    return distance * np.cos(angle), distance * np.sin(angle)

@@ -19,19 +19,22 @@ class Images:
 
     def __init__(self, findings: Findings):
         self._findings = findings
-        self._known: dict[int, TexturePyramid] = {}
+        self._known: dict[tuple[int, bool], TexturePyramid] = {}
 
-    def texture(self, image) -> TexturePyramid:
-        """The image as a pyramid; grey when there is none, it is missing or moves."""
+    def texture(self, image, with_alpha: bool) -> TexturePyramid:
+        """The image as a pyramid; grey when there is none, it is missing or moves.
+
+        ``with_alpha`` says whether the image's alpha is used beside its colours.
+        """
         if image is None:
             self._findings.warn("image textures without an image count as grey: {}", "node", "no image chosen")
             return _plain(MISSING)
-        pointer = image.as_pointer()
-        if pointer not in self._known:
-            self._known[pointer] = self._read(image)
-        return self._known[pointer]
+        key = (image.as_pointer(), with_alpha)
+        if key not in self._known:
+            self._known[key] = self._read(image, with_alpha)
+        return self._known[key]
 
-    def _read(self, image) -> TexturePyramid:
+    def _read(self, image, with_alpha: bool) -> TexturePyramid:
         if image.source in ("SEQUENCE", "MOVIE", "VIEWER"):
             self._findings.warn("moving and rendered images count as grey: {}", "image", image.name)
             return _plain(MISSING)
@@ -43,7 +46,7 @@ class Images:
             self._findings.warn("missing images count as grey: {}", "image", image.name)
             return _plain(MISSING)
         self._findings.modelled("{}, averaged over each triangle", "image texture", image.name)
-        texture = _linear(image, pixels)
+        texture = _linear(image, pixels, with_alpha)
         if not had_data:
             # Asking an image for almost anything loads it; what Blender did not hold before it need not hold now.
             image.buffers_free()
@@ -66,22 +69,26 @@ def _pixels(image) -> np.ndarray | None:
     return values.reshape(height, width, channels)
 
 
-def _linear(image, pixels: np.ndarray) -> TexturePyramid:
+def _linear(image, pixels: np.ndarray, with_alpha: bool) -> TexturePyramid:
+    """The image as Cycles shows it: colours are divided by the alpha where that is used too, otherwise clear is black.
+
+    Cycles keeps bytes as they are encoded until then, so their alpha multiplies the encoded colours.
+    """
     channels = pixels.shape[2]
     rgb = np.repeat(pixels[..., :1], 3, axis=2) if channels < 3 else pixels[..., :3]
     has_alpha = channels in (2, 4) and image.alpha_mode != "NONE"
     alpha = pixels[..., -1:] if has_alpha else np.ones_like(rgb[..., :1])
     space = image.colorspace_settings.name
+    veiled = has_alpha and image.alpha_mode != "CHANNEL_PACKED" and space not in ("Non-Color", "Raw")
     # Blender hands out float images as linear, associated colours and byte images as they are stored.
     if image.is_float:
-        if has_alpha and image.alpha_mode != "CHANNEL_PACKED":
+        if veiled and with_alpha:
             rgb = np.divide(rgb, alpha, out=rgb.copy(), where=alpha > 0)
-    elif not space.startswith(_LINEAR_SPACES):
-        rgb = _decoded(rgb)
-    data = space in ("Non-Color", "Raw")
-    associated = has_alpha and image.alpha_mode != "CHANNEL_PACKED" and not data
+    else:
+        rgb = rgb * alpha if veiled and not with_alpha else rgb
+        rgb = rgb if space.startswith(_LINEAR_SPACES) else _decoded(rgb)
     rgba = np.concatenate([np.nan_to_num(rgb), np.nan_to_num(alpha)], axis=2)
-    return TexturePyramid.of(rgba, associated)
+    return TexturePyramid.of(rgba, associated=veiled and with_alpha)
 
 
 def _decoded(rgb: np.ndarray) -> np.ndarray:

@@ -98,15 +98,14 @@ class Patches:
 
     def image(self, node, coordinates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Colour (16 T, 3) and alpha (16 T, 1), each averaged over its patch."""
-        texture = self._images.texture(node.image)
+        texture = self._images.texture(node.image, with_alpha=node.outputs["Alpha"].is_linked)
         if node.projection != "FLAT":
             self.unknown(f"image projection ({node.projection.lower()}), taken as the image's mean")
             coordinates = np.full_like(coordinates, np.nan)
         share = _patch_areas(coordinates)
         rgba = texture.patches(coordinates[:, 0], coordinates[:, 1], share, node.extension)
         colour, alpha = rgba[:, :3], rgba[:, 3:]
-        if texture.associated and node.outputs["Alpha"].is_linked:
-            # As in Cycles, colours are divided by the alpha only where the alpha is used as well.
+        if texture.associated:
             colour = np.divide(colour, alpha, out=colour.copy(), where=alpha > 0)
         return colour, alpha
 

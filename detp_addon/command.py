@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from ..core.errors import DetpError, InvalidSettingError
-from ..core.settings import GATHERERS, QUALITIES, BakeSettings
+from ..core.settings import ESTIMATORS, GATHERERS, QUALITIES, BakeSettings
 from .blender_output import blender_silenced
 
 DONE, FAILED, USAGE, CANCELLED = 0, 1, 2, 130
@@ -111,6 +111,11 @@ def _add_bake(commands) -> None:
     )
     bake.add_argument("--seed", type=int, default=defaults.seed, metavar="N", help="of the random numbers (default: 0)")
     bake.add_argument("--gatherer", choices=GATHERERS, default=defaults.gatherer, help="(default: %(default)s)")
+    bake.add_argument(
+        "--estimator", choices=ESTIMATORS, default=defaults.estimator,
+        help="visible: the part of each disc that its point sees; plain: the whole disc, as in the study of 2006, dark "
+        "in concave corners (default: %(default)s)",
+    )  # fmt: skip
     bake.add_argument("--report", metavar="FILE.json", help="say there what was done, one entry per scene")
     bake.add_argument(
         "--preview", metavar="FILE.png", help="draw the baked colours there; several scenes: FILE_<scene>.png each"
@@ -128,6 +133,7 @@ def _bake(arguments: argparse.Namespace) -> int:
         bounces=arguments.bounces,
         seed=arguments.seed,
         gatherer=arguments.gatherer,
+        estimator=arguments.estimator,
     )
     scenes = [Path(scene) for scene in arguments.scenes]
     outputs = plan_outputs(scenes, arguments.output)

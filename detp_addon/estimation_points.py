@@ -33,6 +33,7 @@ class ElementPoints:
 
     rows       (E,) the point of each element of the original mesh, -1 for none
     centres    (N, 3) metres; normals (N, 3) unit
+    inward     (N, 3) metres, from each point to the middle of the triangles that show its colour: into its own faces
     elements   (P,) and triangles (P,): which triangles of the evaluated surface show the colour of which element
     nearest    whether modifiers changed the mesh, so that points are the nearest ones of the surface
     """
@@ -40,6 +41,7 @@ class ElementPoints:
     rows: np.ndarray
     centres: np.ndarray
     normals: np.ndarray
+    inward: np.ndarray
     elements: np.ndarray
     triangles: np.ndarray
     nearest: bool
@@ -68,7 +70,17 @@ def place_points(obj, evaluated, surface: MeshSurface, matrix: np.ndarray, domai
     normals, directed = safe_unit(normals @ normal_matrix(matrix).T)
     valid = valid & directed & np.isfinite(centres).all(axis=1)
     rows, first = _shared(vertex_of, normals, valid)
-    return ElementPoints(rows, centres[first], normals[first], elements, triangles, not same)
+    middles = surface.vertices[surface.triangles[triangles]].mean(axis=1) @ matrix[:3, :3].T + matrix[:3, 3]
+    inward = _inward(centres[first], rows[elements], middles)
+    return ElementPoints(rows, centres[first], normals[first], inward, elements, triangles, not same)
+
+
+def _inward(centres: np.ndarray, rows: np.ndarray, middles: np.ndarray) -> np.ndarray:
+    """Mean (N, 3) of what leads from each of ``centres`` (N, 3) to the ``middles`` (P, 3) of the rows' triangles."""
+    used = np.flatnonzero(rows >= 0)
+    away, rows = middles[used] - centres[rows[used]], rows[used]
+    sums = [np.bincount(rows, away[:, axis], len(centres)) for axis in range(3)]
+    return np.stack(sums, axis=1) / np.maximum(np.bincount(rows, minlength=len(centres)), 1)[:, None]
 
 
 def _vertex_of_elements(mesh, domain: str) -> np.ndarray:

@@ -88,6 +88,7 @@ def bake_scene(
 
     yield JobProgress("Writing the colours", 1.0)
     writing = time.perf_counter()
+    targets = [_without_hidden(target, result.hidden) for target in targets]
     colours, gone = _colours(targets, result.estimate.irradiance, request)
     notes = write_colours(colours, request.attribute, request.domain, request.activate)
     end = time.perf_counter()
@@ -151,7 +152,7 @@ def _points_of(targets: list[BakeTarget], count: int) -> tuple[list[BakeTarget],
 
 def _baked(export: ExportedScene, rows: np.ndarray, request: BakeRequest) -> Generator[JobProgress, None, BakeResult]:
     start = time.perf_counter()
-    steps = bake(export.scene, export.centres[rows], export.normals[rows], request.settings)
+    steps = bake(export.scene, export.centres[rows], export.normals[rows], request.settings, export.inward[rows])
     while True:
         try:
             step = next(steps)
@@ -160,6 +161,12 @@ def _baked(export: ExportedScene, rows: np.ndarray, request: BakeRequest) -> Gen
         passed = time.perf_counter() - start
         remaining = passed * (1 - step.fraction) / step.fraction if 0.01 < step.fraction < 1 else None
         yield JobProgress(step.phase, step.fraction, remaining)
+
+
+def _without_hidden(target: BakeTarget, hidden: np.ndarray) -> BakeTarget:
+    """The target with no point for elements whose point (of N) is ``hidden``, so that their neighbours fill them."""
+    buried = (target.point_rows >= 0) & hidden[target.point_rows]
+    return replace(target, point_rows=np.where(buried, -1, target.point_rows))
 
 
 def _colours(

@@ -46,6 +46,7 @@ class ExportedScene:
     """What was read: the core's scene, what to bake, and what a person should know.
 
     centres    (N, 3) metres and normals (N, 3) unit: the estimation points of all targets
+    inward     (N, 3) metres, from each point into its own faces
     modelled   features that were found and are honoured; left_out: those that are not; warnings: one sentence each
     objects    mesh objects and instances in the scene; triangles; lights (lamps and the world)
     """
@@ -54,6 +55,7 @@ class ExportedScene:
     targets: tuple[BakeTarget, ...]
     centres: np.ndarray
     normals: np.ndarray
+    inward: np.ndarray
     modelled: tuple[str, ...]
     left_out: tuple[str, ...]
     warnings: tuple[str, ...]
@@ -83,14 +85,14 @@ def read_scene(
         context_scene, view_layer, lambda depsgraph: read_instances(depsgraph, wanted, domain, findings)
     )
     scene = _scene(read, _world_light(read, context_scene, view_layer, findings))
-    baked, centres, normals = _targets(read, domain)
+    baked, (centres, normals, inward) = _targets(read, domain)
     if targets is not None:
         _name_missing(wanted, {target.object_name for target in baked}, findings)
     if len(centres) == 0:
         raise NoMeshError("There is nothing to bake: choose mesh objects with faces that a render shows.")
     modelled, left_out, warnings = findings.sentences()
     return ExportedScene(
-        scene, baked, centres, normals, modelled, left_out, warnings,
+        scene, baked, centres, normals, inward, modelled, left_out, warnings,
         objects=len(read.placements), triangles=len(scene.triangles), lights=len(scene.lights),
     )  # fmt: skip
 
@@ -158,9 +160,9 @@ def _scene(read: RenderedObjects, world: list[Light]) -> Scene:
     return scene
 
 
-def _targets(read: RenderedObjects, domain: str) -> tuple[tuple[BakeTarget, ...], np.ndarray, np.ndarray]:
-    """The objects to bake, and all their estimation points."""
-    targets, centres, normals = [], [np.zeros((0, 3))], [np.zeros((0, 3))]
+def _targets(read: RenderedObjects, domain: str) -> tuple[tuple[BakeTarget, ...], tuple[np.ndarray, ...]]:
+    """The objects to bake, and the centres, normals and inward vectors of all their estimation points."""
+    targets, points_of = [], [(np.zeros((0, 3)),) * 3]
     start = 0
     for target in read.targets:
         points, response = target.points, read.responses[target.surface]
@@ -168,10 +170,9 @@ def _targets(read: RenderedObjects, domain: str) -> tuple[tuple[BakeTarget, ...]
         albedo = _element_means(points, response.albedo, DEFAULT_ALBEDO)
         emission = _element_means(points, response.emission, 0.0)
         targets.append(BakeTarget(target.object_name, target.mesh_name, domain, rows, albedo, emission))
-        centres.append(points.centres)
-        normals.append(points.normals)
+        points_of.append((points.centres, points.normals, points.inward))
         start += len(points.centres)
-    return tuple(targets), np.concatenate(centres), np.concatenate(normals)
+    return tuple(targets), tuple(np.concatenate(column) for column in zip(*points_of, strict=True))
 
 
 def _element_means(points: ElementPoints, values: np.ndarray, missing: float) -> np.ndarray:

@@ -4,8 +4,9 @@
 
 REFERENCE.npz holds, per object, what Cycles' DIFFUSE bake without colour gives at the mesh's corners for two seeds, as
 arrays "<object>|<seed>" (corners, 3). Two groups of points are reported: all of them, and those at least two disc
-radii away from concave edges, where the plain estimator is valid: there, no ray within the tangent plane, lifted by
-1 % of the radius, meets anything closer than two radii.
+radii away from concave edges, where the plain estimator is valid. There, no ray within the tangent plane, lifted by
+1 % of the radius, meets anything closer than two radii, and nothing lies on the point: no ray at 30 or 60 degrees
+above the plane meets anything closer than half a radius.
 
 The figures compare the RGB sum at each point. The reference's own noise comes from its two seeds: the median of the
 noise is taken out of the median difference in squares.
@@ -32,10 +33,10 @@ def main() -> int:
     reference = load_reference(arguments.reference)
     targets = [bpy.data.objects[name] for name in reference]
     exported = read_scene(bpy.context.scene, bpy.context.view_layer, targets, "CORNER")
-    settings = BakeSettings(quality=arguments.quality, photons=arguments.photons, radius=arguments.radius,
+    settings = BakeSettings(estimator=arguments.estimator, quality=arguments.quality, photons=arguments.photons, radius=arguments.radius,
                             gatherer=arguments.gatherer, seed=arguments.seed)  # fmt: skip
-    result = run(bake(exported.scene, exported.centres, exported.normals, settings))
-    clear = clearance(exported, result.radius) > 2 * result.radius
+    result = run(bake(exported.scene, exported.centres, exported.normals, settings, exported.inward))
+    clear = away_from_edges(exported, result.radius)
 
     ours, theirs, noise, valid, objects = [], [], [], [], {}
     for target in exported.targets:
@@ -70,6 +71,7 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--photons", type=int)
     parser.add_argument("--radius", type=float)
     parser.add_argument("--gatherer", default="auto")
+    parser.add_argument("--estimator", default="visible")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--json")
     return parser.parse_args(arguments)
@@ -92,21 +94,25 @@ def run(steps):
             return end.value
 
 
-def clearance(exported, radius: float) -> np.ndarray:
-    """Distance (N,) from each point to the nearest surface seen along its tangent plane, metres."""
+def away_from_edges(exported, radius: float) -> np.ndarray:
+    """Whether (N,) each point lies at least two radii from concave edges, and nothing lies on it."""
     caster = RayCaster(exported.scene.corners)
     first, second = frames(exported.normals)
     origins = exported.centres + max(0.01 * radius, 4 * caster.tolerance) * exported.normals
-    nearest = np.full(len(origins), np.inf)
-    for angle in np.arange(TANGENT_RAYS) * 2 * np.pi / TANGENT_RAYS:
-        hits = caster.first_hits(origins, np.cos(angle) * first + np.sin(angle) * second)
-        distance = np.linalg.norm(hits.points - origins, axis=1)
-        nearest = np.minimum(nearest, np.where(hits.triangle >= 0, distance, np.inf))
-    return nearest
+    clear = np.full(len(origins), True)
+    for elevation, distance in ((0, 2 * radius), (30, radius / 2), (60, radius / 2)):
+        rise, level = np.sin(np.radians(elevation)), np.cos(np.radians(elevation))
+        for angle in np.arange(TANGENT_RAYS) * 2 * np.pi / TANGENT_RAYS:
+            direction = level * (np.cos(angle) * first + np.sin(angle) * second) + rise * exported.normals
+            hits = caster.first_hits(origins, direction)
+            clear &= (hits.triangle < 0) | (np.linalg.norm(hits.points - origins, axis=1) > distance)
+    return clear
 
 
 def figures(ours, theirs, noise, chosen) -> dict[str, float]:
     lit = chosen & (theirs > 0)
+    if not lit.any():
+        return {"points": int(chosen.sum())}
     difference = np.median(np.abs(ours[lit] / theirs[lit] - 1))
     reference_noise = np.median(noise[lit] / theirs[lit])
     return {

@@ -147,9 +147,9 @@ def test_points_of_objects_that_cannot_be_written_are_not_computed(monkeypatch):
     wanted = []
     real = job.bake
 
-    def watched(scene, centres, normals, settings):
+    def watched(scene, centres, normals, settings, inward):
         wanted.append(len(centres))
-        return real(scene, centres, normals, settings)
+        return real(scene, centres, normals, settings, inward)
 
     monkeypatch.setattr(job, "bake", watched)
     report, _ = finished(steps())

@@ -1,0 +1,161 @@
+"""How many photon path segments per second each gatherer searches, over the number of points and the radius.
+
+The scene is a closed room with boxes in it, points strewn over all surfaces, and segments that bounce diffusely
+from surface to surface. Run it with the package installed:
+
+    python tools/benchmark_gatherers.py --points 10000 45000 --spacings 0.3 1 3 --seconds 2
+"""
+
+from __future__ import annotations
+
+import argparse
+import platform
+import sys
+import time
+from functools import partial
+
+import numpy as np
+from detp.core import parallel
+from detp.core.discs import TangentDiscs
+from detp.core.gatherers.brute_force import BruteForce
+from detp.core.gatherers.disc_index import DiscIndex
+from detp.core.gatherers.sphere_cache import SphereCache
+from detp.core.segments import Segments
+
+ROOM = np.array([[0.0, 0.0, 0.0], [4.0, 3.0, 2.5]])
+BOXES = np.array(
+    [
+        [[0.5, 0.5, 0.0], [1.2, 1.3, 0.8]],
+        [[2.2, 0.4, 0.0], [3.4, 1.0, 0.5]],
+        [[1.6, 1.9, 0.0], [2.3, 2.5, 1.4]],
+        [[3.0, 1.9, 0.6], [3.7, 2.6, 0.7]],
+        [[0.3, 2.2, 0.0], [0.9, 2.8, 0.4]],
+    ]
+)
+GATHERERS = {
+    "disc-index, grid": partial(DiscIndex, index="grid"),
+    "disc-index, tree": partial(DiscIndex, index="tree"),
+    "sphere-cache": SphereCache,
+    "brute-force": BruteForce,
+}
+
+
+def room_points(count: int, generator: np.random.Generator) -> tuple[np.ndarray, np.ndarray, float]:
+    """``count`` points on the room's and the boxes' surfaces, by area, their normals into the room, their spacing."""
+    lower, upper, normals = [], [], []
+    for box, inwards in [(ROOM, 1.0), *((box, -1.0) for box in BOXES)]:
+        for axis in range(3):
+            for side in range(2):
+                corners = box.copy()
+                corners[:, axis] = box[side, axis]
+                lower.append(corners[0])
+                upper.append(corners[1])
+                normals.append(inwards * (1 - 2 * side) * np.eye(3)[axis])
+    lower, size, normals = np.array(lower), np.array(upper) - np.array(lower), np.array(normals)
+    areas = np.prod(np.where(size > 0, size, 1.0), axis=1)
+    face = generator.choice(len(areas), size=2 * count + 100, p=areas / areas.sum())
+    points = lower[face] + generator.random((len(face), 3)) * size[face]
+    # What stands on the floor hides it, and is itself hidden from below.
+    hidden = (points[:, 2] == 0.0) & np.any(
+        [(box[0, 2] == 0) & ((points >= box[0]) & (points <= box[1]))[:, :2].all(axis=1) for box in BOXES], axis=0
+    )
+    seen = np.flatnonzero(~hidden)[:count]
+    return points[seen], normals[face[seen]], float(np.sqrt(areas.sum() * (~hidden).mean() / count))
+
+
+def bounces(count: int, generator: np.random.Generator) -> Segments:
+    """``count`` segments of cosine-distributed paths through the room, each longer by a millionth than its way."""
+    points, normals, _ = room_points(max(1, count // 8), generator)
+    origins, ends = [], []
+    while sum(map(len, origins)) < count:
+        directions = _cosine(normals, generator)
+        distance, normals = _first_hit(points, directions)
+        origins.append(points)
+        ends.append(points + directions * (distance * (1 + 1e-6))[:, None])
+        points = points + directions * distance[:, None]
+    origins, ends = np.concatenate(origins)[:count], np.concatenate(ends)[:count]
+    return Segments(origins, ends, np.ones((count, 3)), np.zeros(count, np.uint16))
+
+
+def _cosine(normals: np.ndarray, generator: np.random.Generator) -> np.ndarray:
+    ball = generator.normal(size=normals.shape)
+    directions = normals + ball / np.linalg.norm(ball, axis=1)[:, None] * (1 - 1e-9)
+    return directions / np.linalg.norm(directions, axis=1)[:, None]
+
+
+def _first_hit(points: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    rows = np.arange(len(points))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        inverse = 1.0 / directions
+        distances = np.where(directions > 0, ROOM[1] - points, ROOM[0] - points) * inverse
+        axis, distance = distances.argmin(axis=1), distances.min(axis=1)
+        for box in BOXES:
+            one, other = (box[0] - points) * inverse, (box[1] - points) * inverse
+            near, far = np.minimum(one, other), np.maximum(one, other)
+            enter = near.max(axis=1)
+            first = (enter < far.min(axis=1)) & (enter > 1e-9) & (enter < distance)
+            axis = np.where(first, near.argmax(axis=1), axis)
+            distance = np.where(first, enter, distance)
+    normals = np.zeros_like(points)
+    normals[rows, axis] = -np.sign(directions[rows, axis])
+    return distance, normals
+
+
+def measure(make, discs: TangentDiscs, segments: Segments, seconds: float) -> dict:
+    """Build a gatherer and search as many of the segments as take about ``seconds``, best of three runs."""
+    begin = time.perf_counter()
+    gatherer = make(discs)
+    build = time.perf_counter() - begin
+    rows, elapsed = 512, 0.0
+    while elapsed < 0.1 * seconds and rows < len(segments):
+        rows = min(4 * rows, len(segments))
+        elapsed, *_ = _search(gatherer, segments, rows)
+    rows = max(1, min(len(segments), int(rows * seconds / elapsed)))
+    elapsed, crossings, step = min(_search(gatherer, segments, rows) for _ in range(3))
+    return {"build": build, "rows": rows, "rate": rows / elapsed, "crossings": crossings / rows, "step": step}
+
+
+def _search(gatherer, segments: Segments, rows: int) -> tuple[float, int, float]:
+    part = Segments(segments.origins[:rows], segments.ends[:rows], segments.flux[:rows], segments.bounce[:rows])
+    begin = last = time.perf_counter()
+    crossings, longest = 0, 0.0
+    for chunk in gatherer.crossings(part):
+        crossings += len(chunk)
+        now = time.perf_counter()
+        longest, last = max(longest, now - last), now
+    return time.perf_counter() - begin, crossings, longest
+
+
+def main() -> int:
+    """Print one row per gatherer, number of points and radius."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--points", type=int, nargs="+", default=[10_000, 45_000, 200_000])
+    parser.add_argument("--spacings", type=float, nargs="+", default=[0.3, 1.0, 3.0], help="radius / mean spacing")
+    parser.add_argument("--segments", type=int, default=1 << 20, help="most segments of a batch")
+    parser.add_argument("--seconds", type=float, default=2.0, help="about how long each of three runs takes")
+    parser.add_argument("--gatherers", nargs="+", choices=GATHERERS, default=list(GATHERERS))
+    parser.add_argument("--seed", type=int, default=1)
+    options = parser.parse_args()
+    generator = np.random.default_rng(options.seed)
+    segments = bounces(options.segments, generator)
+    length = np.linalg.norm(segments.ends - segments.origins, axis=1).mean()
+    print(f"NumPy {np.__version__}, Python {platform.python_version()}, {parallel.worker_count()} threads; ", end="")
+    print(f"room {' x '.join(map(str, ROOM[1]))} m, segments of {length:.2f} m on average; best of 3 runs\n")
+    print("| points | radius / spacing | gatherer | build s | segments | crossings / segment | segments / s | step s |")
+    print("| --- | --- | --- | --- | --- | --- | --- | --- |")
+    for count in options.points:
+        points, normals, spacing = room_points(count, generator)
+        for ratio in options.spacings:
+            discs = TangentDiscs.of_radius(points, normals, ratio * spacing)
+            for name in options.gatherers:
+                got = measure(GATHERERS[name], discs, segments, options.seconds)
+                print(
+                    f"| {count} | {ratio:g} | {name} | {got['build']:.2f} | {got['rows']} | {got['crossings']:.2f} "
+                    f"| {got['rate']:.3g} | {got['step']:.2f} |",
+                    flush=True,
+                )
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

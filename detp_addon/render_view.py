@@ -96,6 +96,9 @@ def _reduce_to(scene, layer_name: str) -> None:
     """Let rendering ``scene`` evaluate one view layer and do nothing else."""
     for layer in scene.view_layers:
         layer.use = layer.name == layer_name
+        if hasattr(layer, "use_grease_pencil"):
+            # It would be drawn afterwards, on a graphics card that a server may not have.
+            layer.use_grease_pencil = False
     settings = scene.render
     settings.engine = ENGINE
     settings.resolution_x = settings.resolution_y = 4

@@ -204,6 +204,27 @@ def test_reading_leaves_everything_as_it_was(scene):
     assert not hasattr(bpy.types, "DETP_scene_reader")
 
 
+def test_objects_that_give_no_mesh_are_named():
+    quad("floor")
+    linked("fog", bpy.data.volumes.new("fog"))
+    linked("dust", bpy.data.pointclouds.new("dust"))
+    linked("strands", bpy.data.hair_curves.new("strands"))
+    result = read()
+    assert result.triangles == 2
+    for name in ("fog", "dust", "strands"):
+        assert sum(name in sentence for sentence in result.left_out) == 1
+
+
+def test_objects_placed_nowhere_do_not_stop_the_others():
+    quad("floor")
+    cube("lost").location = (float("nan"), 0, 0)
+    cube("vanished", scale=(0, 0, 0))
+    result = read()
+    assert [target.object_name for target in result.targets] == ["floor"] and result.triangles == 2
+    for name in ("lost", "vanished"):
+        assert sum(name in warning for warning in result.warnings) == 1
+
+
 def test_rigid_bodies_stay_in_their_world(scene):
     target = cube()
     bpy.context.view_layer.objects.active = target

@@ -24,12 +24,14 @@ from .atrium_plan import (
     wall,
 )
 from .plans import lines, storey
-from .surfaces import Surface, frame
+from .surfaces import Surface, box, frame, steps
 
 CELL = 0.2
 TILE = 0.6
 #: height of the court's ground below the walk, and half the pool's size, in metres
 GROUND, POOL = -0.15, (2.7, 1.2)
+#: of the masonry around, in metres
+THICKNESS = 0.5
 
 
 def ceiling(level: Level) -> Surface:
@@ -110,9 +112,16 @@ def rear_walls() -> list[Surface]:
     return made
 
 
-def roof() -> Surface:
-    """The tiles over the upper walk, rising from the eaves."""
-    return frame(*HOUSE, [(0.0, 9.3), (-0.6 * PITCH, 8.7), (-PITCH - 0.32, 8.02)], 0.6)
+def shell() -> tuple[list[Surface], Surface]:
+    """The outer walls on their foundation, and the roof over the upper walk, down to the eaves.
+
+    They close what lies behind the inner surfaces, as masonry does, so that no outdoor light is a disc's width away.
+    """
+    half_x, half_y = (half + THICKNESS for half in HOUSE)
+    walls = frame(half_x, half_y, [(0.0, z) for z in steps(-THICKNESS, 9.3, 2.0)], 2.0)
+    bottom = box((-half_x, -half_y, -THICKNESS), (half_x, half_y, 0.0), 2.4, without="-x +x -y +y +z")
+    eaves = -PITCH - THICKNESS - 0.32
+    return [walls, bottom], frame(half_x, half_y, [(0.0, 9.3), (0.55 * eaves, 8.7), (eaves, 8.02)], 1.0)
 
 
 def build() -> None:
@@ -132,7 +141,8 @@ def build() -> None:
     stage.add("Vaults", [ceiling(level) for level in LEVELS], [plaster])
     stage.add("Rear walls", rear_walls(), [ochre, plaster])
     stage.add("Masonry", masonry(), [stone])
-    stage.add("Roof", [roof()], [terracotta])
+    walls, roof = shell()
+    stage.add("Shell", [*walls, roof.of(1)], [plaster, terracotta])
     basin, water = pool(*POOL, GROUND)
     stage.add("Pool", [*basin, water.of(1)], [stone, stage.material("Water", (0.08, 0.28, 0.30))])
     for number, (x, y) in enumerate([(1, 1), (-1, 1), (1, -1), (-1, -1)], start=1):

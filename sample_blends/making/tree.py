@@ -155,11 +155,10 @@ def foliage(random, twigs: list[Branch], count: int) -> Surface:
 
 
 def meadow(foot: np.ndarray) -> Surface:
-    """Gently rolling ground with the trunk's ``foot`` (n, 2) left out."""
+    """A gentle hill with the trunk's ``foot`` (n, 2) left out."""
     ground = region(circle(MEADOW_RADIUS, 120), [foot], 0.165)
-    x, y, _ = ground.vertices.T
-    away = np.clip((np.hypot(x, y) - 0.7) / 2.0, 0.0, 1.0)
-    ground.vertices[:, 2] = away * (0.09 * np.sin(0.9 * x + 0.4) * np.cos(0.7 * y) + 0.05 * np.sin(1.7 * y - 1.1 * x))
+    away = np.maximum(np.hypot(*ground.vertices[:, :2].T) - 0.6, 0.0)
+    ground.vertices[:, 2] = -0.009 * away**2
     return ground.of(0, smooth=True)
 
 

@@ -9,7 +9,7 @@ from .regions import circle, rectangle, region
 from .surfaces import Surface, box, frame, lathe, net, quad, steps
 
 CELL = 0.12
-#: the room's size, the window's extent along y and z in the wall x = 0, and the thickness of that wall, in metres
+#: the room's size, the window's extent along y and z in the wall x = 0, and the walls' thickness, in metres
 ROOM, WINDOW, THICKNESS = (4.6, 5.2, 2.7), ((1.9, 4.1), (0.8, 2.3)), 0.3
 
 RUG = rectangle(1.05, 1.75, 3.05, 3.75)
@@ -30,7 +30,8 @@ def window_wall() -> tuple[Surface, Surface, Surface]:
     half_y, half_z = 0.5 * (y1 - y0), 0.5 * (z1 - z0)
     lying = frame(half_y, half_z, [(0.0, 0.0), (0.0, -0.5 * THICKNESS), (0.0, -THICKNESS)], CELL)
     reveal = upright(lying).moved(0.0, y0 + half_y, z0 + half_z)
-    outside = upright(region(rectangle(-0.3, -0.3, ROOM[1] + 0.3, ROOM[2] + 0.3), [opening], 0.3))
+    outer = rectangle(-THICKNESS, -THICKNESS, ROOM[1] + THICKNESS, ROOM[2] + THICKNESS)
+    outside = upright(region(outer, [opening], 1.2))
     return inside, reveal, outside.flipped().moved(x=-THICKNESS)
 
 
@@ -151,7 +152,11 @@ def shell(sofa_foot: np.ndarray, shelf_foot: np.ndarray, pot_foot: np.ndarray) -
     ceiling = quad([(0, y, z), (x, y, z), (x, 0, z), (0, 0, z)], CELL)
     stage.add("Ceiling", [ceiling], [white])
     inside, reveal, outside = window_wall()
-    stage.add("Window wall", [inside, reveal, outside.of(1)], [white, stage.material("Render", (0.6, 0.6, 0.6))])
+    stage.add("Window wall", [inside, reveal], [white])
+    # Walls have a thickness all around: with bare sheets the outdoors would begin within the inner edges' discs.
+    t = THICKNESS
+    others = box((-t, -t, -t), (x + t, y + t, z + t), 2.0, without="-x")
+    stage.add("Outside", [outside, others], [stage.material("Render", (0.6, 0.6, 0.6))])
     stage.add("Casement", casement(), [white])
     end = quad([(0, y, 0), (x, y, 0), (x, y, z), (0, y, z)], CELL)
     stage.add("End wall", [end], [stage.material("Teal paint", (0.12, 0.36, 0.38))])
@@ -184,6 +189,6 @@ def build() -> None:
     stage.add("Curtains", hanging, [linen])
     paintings = [stage.material("Painting 1", (0.75, 0.60, 0.25)), stage.material("Painting 2", (0.20, 0.34, 0.55))]
     stage.add("Pictures", pictures(), [walnut, *paintings])
-    stage.sun(16.0, 36.0, 168.0, (1.0, 0.90, 0.74), 0.6)
-    stage.sky((0.62, 0.79, 1.0), 5.0)
+    stage.sun(9.0, 36.0, 168.0, (1.0, 0.90, 0.74), 0.6)
+    stage.sky((0.66, 0.81, 1.0), 7.0)
     stage.camera((4.35, 0.25, 1.45), (1.55, 4.2, 1.05), 19.0)

@@ -140,7 +140,7 @@ def _scene(read: RenderedObjects, world: list[Light]) -> Scene:
         placed = surface.vertices @ matrix[:3, :3].T + matrix[:3, 3]
         volume = determinant(matrix)
         keeps = surface.kept
-        if abs(volume) < _FLAT * np.abs(matrix[:3, :3]).max() ** 3:
+        if abs(volume) <= _FLAT * np.abs(matrix[:3, :3]).max() ** 3:
             keeps = keeps & has_area(placed[surface.triangles])
         # A mirrored object turns its triangles inside out.
         corners = surface.triangles[keeps] if volume >= 0.0 else surface.triangles[keeps][:, ::-1]

@@ -97,12 +97,20 @@ def _lifted(caster, centres, normals, radius, nudge) -> tuple[np.ndarray, np.nda
     areas = _outline_area(reach)
     open_area = _outline_area(np.full((1, DIRECTIONS), radius))[0]
     rows = np.flatnonzero(areas < open_area / GAIN)
+    headroom = _headroom(caster, centres + nudge * normals, normals)
     for share in LIFTS:
+        rows = rows[share * radius < 0.5 * headroom[rows]]
         higher = _reach(caster, centres[rows] + share * radius * normals[rows], normals[rows], radius)
         gains = _outline_area(higher) > GAIN * areas[rows]
         rows, higher = rows[gains], higher[gains]
         lifts[rows], reach[rows], areas[rows] = share * radius, higher, _outline_area(higher)
     return lifts, reach
+
+
+def _headroom(caster: RayCaster, origins, normals) -> np.ndarray:
+    """How far (N,) one sees along the normal: a disc must not be lifted through a surface."""
+    hits = caster.first_hits(origins, normals)
+    return np.where(hits.triangle < 0, np.inf, np.linalg.norm(hits.points - origins, axis=1))
 
 
 def _reach(caster: RayCaster, origins, normals, radius: float) -> np.ndarray:

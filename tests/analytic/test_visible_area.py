@@ -1,0 +1,119 @@
+"""The visible-area estimator where the plain one fails: concave edges, hollows, thin walls, buried points."""
+
+import numpy as np
+import pytest
+from detp.core.bake import bake
+from detp.core.lights.emissive import EmissiveTriangles
+from detp.core.lights.point import PointLight
+from detp.core.scene import Scene
+from detp.core.settings import BakeSettings
+from rooms import box_quads, finished, scene_of, z_scores
+
+RADIUS = 0.1
+
+
+def furnace(quads, albedo=0.5):
+    """A closed room in which E = 1 everywhere: its surfaces emit to the inside only."""
+    lit = scene_of(quads, albedo)
+    light = InwardLight(lit.corners, np.full((len(lit.triangles), 3), (1 - albedo) / np.pi))
+    return scene_of(quads, albedo, lights=(light,))
+
+
+class InwardLight(EmissiveTriangles):
+    """Emissive triangles of which only the side of their normal shines."""
+
+    def flux(self, bounds):
+        return super().flux(bounds) / 2
+
+    def emit(self, uniforms, bounds):
+        front = np.array((1, 1, 0.5, 1)) * uniforms
+        sent = super().emit(front, bounds)
+        return type(sent)(sent.origins, sent.directions, sent.flux / 2)
+
+
+def corner_points(quads):
+    """Every corner of every face, with the face's normal and the way to the face's middle."""
+    points = quads.reshape(-1, 3)
+    normals = np.cross(quads[:, 1] - quads[:, 0], quads[:, 3] - quads[:, 0])
+    normals = np.repeat(normals / np.linalg.norm(normals, axis=1)[:, None], 4, axis=0)
+    inward = np.repeat(quads.mean(axis=1), 4, axis=0) - points
+    return points, normals, inward
+
+
+def baked(scene, points, normals, inward, estimator="visible", photons=1_500_000):
+    settings = BakeSettings(photons=photons, radius=RADIUS, estimator=estimator)
+    return finished(bake(scene, points, normals, settings, inward))
+
+
+def test_furnace_reads_one_at_every_corner_and_edge_of_a_box():
+    quads = box_quads((2, 2, 2))
+    points, normals, inward = corner_points(quads)
+    middles = (quads + np.roll(quads, 1, axis=1)).reshape(-1, 3) / 2
+    points = np.concatenate([points, middles])
+    normals, inward = np.tile(normals, (2, 1)), np.concatenate([inward, np.repeat(quads.mean(1), 4, axis=0) - middles])
+    visible = baked(furnace(quads), points, normals, inward)
+    plain = baked(furnace(quads), points, normals, inward, "plain")
+    # A corner shows a quarter of its disc and an edge a half: that is what the plain estimator reads.
+    assert plain.estimate.irradiance[:24].mean() == pytest.approx(0.25, abs=0.02)
+    assert plain.estimate.irradiance[24:].mean() == pytest.approx(0.5, abs=0.02)
+    allowed = 0.02 + 3 * visible.estimate.standard_error[:, 0] / np.sqrt(24)
+    for group in (slice(0, 24), slice(24, 48)):
+        assert abs(visible.estimate.irradiance[group, 0].mean() - 1) < allowed[group].mean()
+    assert np.abs(z_scores(visible.estimate, 1.0)).max() < 4
+
+
+def test_furnace_reads_one_inside_a_sphere():
+    quads = sphere_quads(48)
+    scene = furnace(quads)
+    generator = np.random.default_rng(4)
+    rows = generator.choice(len(quads), 60, replace=False)
+    points = quads[rows, 0]
+    visible = baked(scene, points, -points / np.linalg.norm(points, axis=1)[:, None], np.zeros_like(points))
+    plain = baked(scene, points, -points, np.zeros_like(points), "plain")
+    assert plain.estimate.irradiance.max() < 0.1
+    assert np.abs(z_scores(visible.estimate, 1.0)).max() < 4
+    assert visible.estimate.irradiance[:, 0].mean() == pytest.approx(1, abs=0.02)
+
+
+def sphere_quads(steps):
+    """A unit sphere of quads whose normals point inward, without its poles' last rings (closed by thin quads)."""
+    azimuth = np.linspace(0, 2 * np.pi, steps + 1)
+    polar = np.linspace(0.001, np.pi - 0.001, steps // 2 + 1)
+    p, a = np.meshgrid(polar, azimuth, indexing="ij")
+    grid = np.stack([np.sin(p) * np.cos(a), np.sin(p) * np.sin(a), np.cos(p)], axis=-1)
+    quads = np.stack([grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]], axis=2)
+    return quads.reshape(-1, 4, 3)
+
+
+def test_no_light_leaks_under_a_thin_wall():
+    size, wall = (2, 1, 1), 1.0
+    partition = np.array([(wall, 0, 0), (wall, 1, 0), (wall, 1, 1), (wall, 0, 1)], float)
+    quads = np.concatenate([box_quads(size), [partition]])
+    scene = scene_of(quads, 0.5, lights=(PointLight((0.5, 0.5, 0.5), (10.0, 10.0, 10.0)),))
+    y = np.linspace(0.2, 0.8, 7)
+    lit = np.stack([np.full(7, wall - 0.03), y, np.zeros(7)], axis=1)
+    dark = np.stack([np.full(7, wall + 0.03), y, np.zeros(7)], axis=1)
+    points, normals = np.concatenate([lit, dark]), np.tile((0, 0, 1.0), (14, 1))
+    visible = baked(scene, points, normals, np.zeros((14, 3)), photons=300_000).estimate.irradiance
+    plain = baked(scene, points, normals, np.zeros((14, 3)), "plain", photons=300_000).estimate.irradiance
+    assert visible[7:].max() < 0.001 * visible[:7].mean()
+    assert plain[7:].mean() > 0.1 * plain[:7].mean()
+
+
+def test_buried_points_are_hidden_and_others_are_not():
+    floor = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], float)
+    box = box_quads((0.002, 0.002, 0.002)) - np.array((0.001, 0.001, 0.0005))
+    scene = scene_of(np.concatenate([[floor], box]), 0.5, lights=(PointLight((0, 0, 1.0), (1.0, 1.0, 1.0)),))
+    points = np.array([(0, 0, 0), (0.5, 0.5, 0)], float)
+    result = baked(scene, points, np.tile((0, 0, 1.0), (2, 1)), np.zeros((2, 3)), photons=1000)
+    assert result.hidden.tolist() == [True, False]
+
+
+def test_an_open_surface_has_whole_discs():
+    quad = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
+    scene = Scene(quad, [(0, 1, 2), (0, 2, 3)], *np.zeros((3, 2, 3)), (PointLight((0.5, 0.5, 1), (1, 1, 1)),))
+    points, normals = quad, np.tile((0, 0, 1.0), (4, 1))
+    plain = baked(scene, points, normals, np.zeros((4, 3)), "plain", photons=20_000).estimate.irradiance
+    visible = baked(scene, points, normals, np.zeros((4, 3)), photons=20_000).estimate.irradiance
+    # Lifting the disc by a hundredth of its radius is all that differs.
+    assert visible == pytest.approx(plain, rel=0.05)

@@ -76,7 +76,8 @@ def shelf(random) -> tuple[list[Surface], list[Surface], np.ndarray]:
         box((x1 - board, y0, 0.0), (x1, y1, height), 0.1, without="-z"),
         quad([(x0, y1, 0), (x1, y1, 0), (x1, y1, height), (x0, y1, height)], 0.1),
     ]
-    boards.append(quad([(x0, y0 + 0.02, 0), (x1, y0 + 0.02, 0), (x1, y0 + 0.02, 0.08), (x0, y0 + 0.02, 0.08)], 0.1))
+    a, b = x0 + board, x1 - board
+    boards.append(quad([(a, y0, 0.0), (b, y0, 0.0), (b, y0, 0.08), (a, y0, 0.08)], 0.1))
     books = []
     for level in np.linspace(0.08, height - board, 6):
         boards.append(box((x0 + board, y0 + 0.005, level), (x1 - board, y1, level + board), 0.1, without="-x +x +y"))

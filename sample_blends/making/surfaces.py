@@ -33,16 +33,11 @@ class Surface:
     def turned(self, degrees: float, axis: str = "z") -> Surface:
         """Turned about an axis through the origin, anticlockwise seen from the axis' tip."""
         cosine, sine = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-        first, second = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[axis]
+        first, second = {"x": (1, 2), "z": (0, 1)}[axis]
         vertices = self.vertices.copy()
         vertices[:, first] = cosine * self.vertices[:, first] - sine * self.vertices[:, second]
         vertices[:, second] = sine * self.vertices[:, first] + cosine * self.vertices[:, second]
         return replace(self, vertices=vertices)
-
-    def scaled(self, x: float, y: float, z: float) -> Surface:
-        """Scaled from the origin; a mirroring turns the faces' order round, so that the front stays the front."""
-        mirrored = x * y * z < 0
-        return replace(self, vertices=self.vertices * (x, y, z), faces=self.faces[:, ::-1] if mirrored else self.faces)
 
     def flipped(self) -> Surface:
         """With front and back exchanged."""

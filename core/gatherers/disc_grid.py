@@ -53,18 +53,18 @@ class DiscGrid:
     def candidates(self, origins: np.ndarray, ends: np.ndarray) -> Iterator[Candidates]:
         """Walk the cells from origins to ends (3, S), in metres, and yield the discs that may be crossed."""
         pieces = self._frame.pieces(origins, ends)
-        piece, cell, first, last = walk(self._boxes, self._shape, pieces)
-        begin = self._first_patch.take(cell)
-        row, patch = expanded(begin, self._first_patch.take(cell + 1) - begin)
-        piece, first, last = piece.take(row), first.take(row), last.take(row)
-        stretches = Stretches(piece, patch, first, np.minimum(last, np.float32(1.0)))
-        for row, disc in self._patches.candidates(pieces, stretches):
-            owner, begin, end = piece.take(row), first.take(row), last.take(row)
-            enter, length = pieces.enter.take(owner), pieces.length.take(owner)
+        for piece, cell, first, last in walk(self._boxes, self._shape, pieces):
+            begin = self._first_patch.take(cell)
+            row, patch = expanded(begin, self._first_patch.take(cell + 1) - begin)
+            piece, first, last = piece.take(row), first.take(row), last.take(row)
+            enter, length = pieces.enter.take(piece), pieces.length.take(piece)
             # Stretches of one piece share their ends to the bit; the outermost have none.
-            begin = np.where(begin > 0.0, enter + begin * length, -np.inf)
-            end = np.where(end < 1.0, enter + end * length, np.inf)
-            yield Candidates(pieces.segment.take(owner), disc, begin, end)
+            begin = np.where(first > 0.0, enter + first * length, -np.inf)
+            end = np.where(last < 1.0, enter + last * length, np.inf)
+            segment = pieces.segment.take(piece)
+            stretches = Stretches(piece, patch, first, np.minimum(last, np.float32(1.0)))
+            for row, disc in self._patches.candidates(pieces, stretches):
+                yield Candidates(segment.take(row), disc, begin.take(row), end.take(row))
 
 
 def wanted_cell(discs: TangentDiscs) -> float:

@@ -15,7 +15,7 @@ from .exact_test import ExactTest, columns
 from .gatherer import Crossings
 from .streams import in_lanes, portions
 
-SEGMENTS = 1 << 16  # most segments that walk the index together
+SEGMENTS = 1 << 17  # most segments that walk the index together
 INDEXES: dict[str, Callable[[TangentDiscs], DiscSearch]] = {"grid": DiscGrid, "tree": DiscTree}
 # From here on the grid's cells, enlarged to fit into memory, hold so many discs that the tree is faster.
 COARSE = 8.0

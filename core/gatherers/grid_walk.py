@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from .empty_boxes import directions
@@ -9,32 +11,35 @@ from .local_frame import Pieces
 
 WAVE = 1 << 13  # pieces under way together, so that their state stays in the processor's cache
 IDLE = 0.1  # share of them that may have finished before others take their places
+RECORDS = 1 << 14  # cells visited that are handed out together
 _OVERSTEP = np.float32(1e-3)  # cells beyond a box's face that a step ends: more than rounding, less than MARGIN
 _LARGE = np.float32(1e30)
 
 
-def walk(boxes: np.ndarray, shape: np.ndarray, pieces: Pieces):
+def walk(boxes: np.ndarray, shape: np.ndarray, pieces: Pieces) -> Iterator[tuple[np.ndarray, ...]]:
     """Visit the cells that ``pieces`` pass and whose box in ``boxes`` is 0, see :func:`.empty_boxes.empty_boxes`.
 
-    Cell i reaches from i - 1/2 to i + 1/2 in the pieces' units. Returns the piece (R,) int64, the cell (R,)
-    int64, and the shares first and last (R,) float32 of the piece between which it is in that cell, or at
-    most 1.5e-3 units outside. The stretches of one piece do not overlap, leave out only empty boxes, begin
-    at 0 and end at 1 or more.
+    Cell i reaches from i - 1/2 to i + 1/2 in the pieces' units. Yields, many at a time, the piece (R,) int64,
+    the cell (R,) int64, and the shares first and last (R,) float32 of the piece between which it is in that
+    cell, or at most 1.5e-3 units outside. The stretches of one piece do not overlap, leave out only empty
+    boxes, begin at 0 and end at 1 or more.
 
     Amanatides & Woo's walk from face to face (1987), with steps as long as the boxes of empty cells allow.
     """
     wide, high = (np.float32(shape[axis]) for axis in (0, 1))
     with np.errstate(divide="ignore"):
         inverse = np.clip(np.float32(1.0) / pieces.step, -_LARGE, _LARGE)
-    path = np.concatenate([pieces.start, pieces.step, inverse, np.abs(inverse)])
+    path = np.concatenate([pieces.start, pieces.step, inverse])
     base = directions(pieces.step) * int(np.prod(shape))
     begun = min(WAVE, len(base))
     piece, offset, state = np.arange(begun), base[:begun].copy(), path[:, :begun].copy()
     now = np.zeros(begun, np.float32)
-    found = []
+    scratch = np.empty((2, 3, begun), np.float32)
+    found, count = [], 0
     while len(piece):
-        start, step, inverse, per_cell = state[:3], state[3:6], state[6:9], state[9:]
-        cell = now * step
+        start, step, inverse = state[:3], state[3:6], state[6:]
+        cell, ahead = scratch[:, :, : len(piece)]
+        np.multiply(step, now, out=cell)
         cell += start
         np.rint(cell, out=cell)
         index = cell[2] * high
@@ -46,27 +51,36 @@ def walk(boxes: np.ndarray, shape: np.ndarray, pieces: Pieces):
         # A box of side k ends k - 1/2 cells from its cell's middle; an occupied cell is left at its own face.
         reach = np.maximum(side, 1).astype(np.float32)
         reach -= np.float32(0.5) - _OVERSTEP
+        np.abs(inverse, out=ahead)
+        ahead *= reach
         cell -= start
         cell *= inverse
-        cell += reach * per_cell
-        leave = np.minimum(np.minimum(cell[0], cell[1]), cell[2])
+        cell += ahead
+        leave = np.minimum(cell[0], cell[1])
+        np.minimum(leave, cell[2], out=leave)
         np.maximum(leave, now, out=leave)
         full = ((side == 0) & (now < 1)).nonzero()[0]
         if len(full):
             found.append((piece.take(full), index.take(full), now.take(full), leave.take(full)))
-        now = np.minimum(leave, np.float32(1.0))
+            count += len(full)
+            if count >= RECORDS:
+                yield _joined(found)
+                found, count = [], 0
+        np.minimum(leave, np.float32(1.0), out=now)
         # A finished piece stands at its end until enough of them make way for others.
         done = (now == 1).nonzero()[0]
         if len(done) > IDLE * len(piece):
-            fresh = slice(begun, begun + len(done))
-            done, finished = np.split(done, [len(base) - begun])
-            begun += len(done)
-            piece[done] = np.arange(fresh.start, begun)
-            offset[done], now[done] = base[fresh], 0.0
-            state[:, done] = path[:, fresh]
-            if len(finished):
+            fresh = slice(begun, min(begun + len(done), len(base)))
+            begun, place = fresh.stop, done[: fresh.stop - fresh.start]
+            piece[place], offset[place], now[place] = np.arange(fresh.start, begun), base[fresh], 0.0
+            for row, value in zip(state, path[:, fresh], strict=True):
+                row[place] = value
+            if begun == len(base):
                 going = (now < 1).nonzero()[0]
                 piece, offset, now, state = piece[going], offset[going], now[going], state.take(going, axis=1)
-    if not found:
-        return (np.zeros(0, np.int64),) * 2 + (np.zeros(0, np.float32),) * 2
+    if found:
+        yield _joined(found)
+
+
+def _joined(found: list[tuple[np.ndarray, ...]]) -> tuple[np.ndarray, ...]:
     return tuple(np.concatenate(column) for column in zip(*found, strict=True))

@@ -1,0 +1,161 @@
+"""The parts of the gatherers against their definitions: boxes of empty cells, trees, frames, curves, streams."""
+
+import threading
+
+import numpy as np
+import pytest
+from detp.core import parallel
+from detp.core.gatherers import streams
+from detp.core.gatherers.balanced_tree import BalancedTree
+from detp.core.gatherers.empty_boxes import ANY_WAY, SIDES, directions, empty_boxes, facing_octants
+from detp.core.gatherers.gatherer import Crossings
+from detp.core.gatherers.local_frame import LocalFrame
+from detp.core.gatherers.ranges import blocks, expanded, expanded_blocks
+from detp.core.space_filling import curve_order, mean_spacing, morton_codes
+
+LENGTHS = np.array([3, 0, 1, 7, 0, 2, 12])
+
+
+def test_empty_boxes_are_the_largest_that_hold_nothing():
+    generator = np.random.default_rng(4)
+    shape = np.array([11, 9, 14])
+    occupied = generator.random(shape[::-1]) < 0.004
+    cells = np.repeat(np.flatnonzero(occupied), 2)
+    octants = generator.integers(0, 256, len(cells)).astype(np.uint8)
+    boxes = empty_boxes(cells, octants, shape).reshape(ANY_WAY + 1, *shape[::-1])
+    seen = np.zeros(shape[::-1], np.uint8)
+    np.bitwise_or.at(seen.reshape(-1), cells, octants)
+    for place in generator.integers(0, shape[::-1], (200, 3)):
+        for box in range(ANY_WAY + 1):
+            full = seen != 0 if box == ANY_WAY else (seen >> box & 1) == 1
+
+            def holds_nothing(side, box=box, full=full, place=place):
+                spans = []
+                for axis, at in zip((2, 1, 0), place, strict=True):
+                    back = box == ANY_WAY or box >> axis & 1
+                    ahead = box == ANY_WAY or not box >> axis & 1
+                    spans.append(slice(max(0, at - (side - 1) * back), at + 1 + (side - 1) * ahead))
+                return not full[tuple(spans)].any()
+
+            expected = max([side for side in SIDES if holds_nothing(side)], default=0)
+            assert boxes[box][tuple(place)] == expected
+
+
+def test_no_direction_that_uses_an_octants_box_arrives_against_what_the_box_leaves_out():
+    generator = np.random.default_rng(5)
+    normals = generator.normal(size=(400, 3)) * 10.0 ** generator.uniform(-9, 0, (400, 3))
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    steps = (generator.normal(size=(400, 3)) * 10.0 ** generator.uniform(-9, 0, (400, 3))).astype(np.float32)
+    box = directions(steps.T)
+    assert 50 < (box == ANY_WAY).sum() < 350
+    facing = steps.astype(float) @ normals.T
+    seen = (facing_octants(normals)[None] >> np.minimum(box, 7)[:, None] & 1 == 1) | (box == ANY_WAY)[:, None]
+    assert (facing[~seen] > 0).all()
+
+
+def test_a_balanced_tree_halves_what_it_holds():
+    generator = np.random.default_rng(6)
+    points, kind = generator.normal(size=(1000, 3)), generator.integers(0, 3, 1000) * 2
+    tree = BalancedTree.over(points, kind, 8)
+    assert np.array_equal(np.sort(tree.order), np.arange(1000))
+    leaves = tree.leaves
+    assert tree.count[leaves].max() <= 8
+    assert np.array_equal(np.cumsum(tree.count[leaves]) - tree.count[leaves], tree.start[leaves])
+    for node in np.flatnonzero(tree.child >= 0):
+        children = tree.child[node] + np.arange(4)
+        assert tree.count[children].sum() == tree.count[node]
+        assert np.ptp(tree.count[children]) <= 1
+        assert tree.start[children[0]] == tree.start[node]
+    lowest = tree.bounds(points, np.minimum)
+    for node in range(len(tree.start)):
+        held = tree.order[tree.start[node] : tree.start[node] + tree.count[node]]
+        assert np.array_equal(lowest[node], points[held].min(axis=0))
+        assert len(set(kind[held])) == 1
+
+
+def test_pieces_are_the_parts_of_segments_inside_the_frame():
+    generator = np.random.default_rng(7)
+    frame = LocalFrame(np.array([1.0, 2.0, 3.0]), 0.5, np.array([10.0, 20.0, 30.0]))
+    origins, ends = generator.uniform(-10, 25, (2, 2000, 3))
+    ends[:50, 0] = origins[:50, 0]
+    pieces = frame.pieces(origins.T, ends.T)
+    share = np.linspace(0, 1, 501)[:, None, None]
+    path = frame.local(origins + share * (ends - origins))
+    inside = ((path >= 0) & (path <= frame.size)).all(axis=2).any(axis=0)
+    assert set(np.flatnonzero(inside)) <= set(pieces.segment)
+    assert len(pieces.segment) < inside.sum() + 30
+    for time, local in ((pieces.enter, pieces.start), (pieces.enter + pieces.length, pieces.start + pieces.step)):
+        step = ends[pieces.segment] - origins[pieces.segment]
+        expected = frame.local(origins[pieces.segment] + time[:, None] * step)
+        assert np.abs(local.T - expected).max() < 1e-5
+        assert (expected > -1e-9).all() and (expected < frame.size + 1e-9).all()
+
+
+def test_ranges_are_laid_out_and_cut():
+    start = np.array([5, 0, 100, 20, 3, 50, 200])
+    row, place = expanded(start, LENGTHS)
+    assert row.tolist() == [0, 0, 0, 2, 3, 3, 3, 3, 3, 3, 3, 5, 5, *[6] * 12]
+    assert place.tolist() == [5, 6, 7, 100, *range(20, 27), 50, 51, *range(200, 212)]
+    for limit in (1, 4, 5, 100):
+        parts = list(expanded_blocks(start, LENGTHS, limit))
+        assert max(len(part) for part, _ in parts) <= limit
+        assert np.array_equal(np.concatenate([part for part, _ in parts]), row)
+        assert np.array_equal(np.concatenate([part for _, part in parts]), place)
+    assert list(expanded_blocks(start[:0], LENGTHS[:0], 5)) == []
+    assert [(part.start, part.stop) for part in blocks(LENGTHS, 8)] == [(0, 3), (3, 5), (5, 6), (6, 7)]
+
+
+def test_the_morton_curve_interleaves_the_bits_of_the_coordinates():
+    corners = np.array([[0, 0, 0], [2**21 - 1] * 3], float)
+    points = np.concatenate([corners, np.random.default_rng(8).integers(0, 2**21, (50, 3)).astype(float)])
+    for point, code in zip(points, morton_codes(points), strict=True):
+        digits = [f"{int(x):021b}" for x in point]
+        assert int(code) == int("".join(digits[2][bit] + digits[1][bit] + digits[0][bit] for bit in range(21)), 2)
+    order = curve_order(points)
+    assert (np.diff(morton_codes(points)[order].astype(float)) >= 0).all()
+    assert morton_codes(points[:0]).tolist() == [] and morton_codes(points[:1]).tolist() == [0]
+    assert curve_order(np.ones((5, 3))).tolist() == [0, 1, 2, 3, 4]
+
+
+def test_the_mean_spacing_of_points_on_surfaces():
+    generator = np.random.default_rng(9)
+    ball = generator.normal(size=(20_000, 3))
+    ball /= np.linalg.norm(ball, axis=1)[:, None]
+    square = generator.uniform(0, 3, (5000, 3)) * [1, 1, 0]
+    for points, spacing in ((ball, np.sqrt(4 * np.pi / 20_000)), (square + 1e6, np.sqrt(9 / 5000))):
+        assert mean_spacing(points) == pytest.approx(spacing, rel=0.2)
+        assert mean_spacing(np.repeat(points, 3, axis=0)) == pytest.approx(mean_spacing(points))
+    assert mean_spacing(np.ones((4, 3))) == mean_spacing(np.ones((0, 3))) == 0.0
+
+
+def test_streams_take_turns_whatever_the_number_of_threads(monkeypatch):
+    def stream(name, length):
+        for number in range(length):
+            yield f"{name}{number}"
+
+    for threads in (1, 2, 3):
+        monkeypatch.setattr(parallel, "worker_count", lambda threads=threads: threads)
+        got = []
+        for item in parallel.interleaved(stream(name, length) for name, length in (("a", 3), ("b", 1), ("c", 2))):
+            got.append(item)
+            assert threading.active_count() == 1
+        assert got == ["a0", "b0", "c0", "a1", "c1", "a2"]
+
+
+def test_portions_are_full_but_bounded_and_end_even_when_empty(monkeypatch):
+    monkeypatch.setattr(streams, "PAIRS", 10)
+    found = [Crossings(np.arange(count), np.arange(count)) for count in (4, 5, 3, 0, 0, 0, 12, 1)]
+    assert [len(portion) for portion in streams.portions(found, 3)] == [9, 3, 0, 12, 1]
+    assert [len(portion) for portion in streams.portions([], 3)] == [0]
+
+
+def test_lanes_search_every_row_once():
+    def search(rows):
+        yield Crossings(np.arange(rows.start, rows.stop), np.zeros(rows.stop - rows.start, np.int64))
+
+    for count in (0, 1, 99, 100, 1000, 12345):
+        found = list(streams.in_lanes(count, 100, search))
+        assert np.array_equal(
+            np.sort(np.concatenate([np.zeros(0, int), *[c.segment for c in found]])), np.arange(count)
+        )
+        assert all(len(chunk) <= 100 for chunk in found)

@@ -17,7 +17,7 @@ from ..core.errors import InvalidSettingError, UnwritableFileError
 from ..core.settings import BakeSettings
 from .chosen_objects import chosen_objects
 from .element_values import QUANTITIES, quantity_values, spread
-from .read_scene import BakeTarget, ExportedScene, read_scene
+from .reading.read_scene import BakeTarget, ExportedScene, read_scene
 from .report import BakeReport, counted
 from .write_attributes import MeshColours, check_attribute_name, element_count, faces_of, obstacle, write_colours
 

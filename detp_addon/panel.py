@@ -2,6 +2,7 @@
 
 import math
 import textwrap
+from collections.abc import Sequence
 
 import bpy
 
@@ -9,8 +10,8 @@ from . import session
 from .report import BakeReport, counted
 from .show_light import shows_light
 
-#: warnings shown before "and so many more"
-MOST_WARNINGS = 12
+#: entries of a list shown before "and so many more"
+MOST_LINES = 12
 
 GATHERER_NAMES = {"disc-index": "Disc Indexing", "sphere-cache": "Sphere Cache", "brute-force": "Brute Force"}
 
@@ -145,29 +146,39 @@ def _draw_figures(layout: bpy.types.UILayout, report: BakeReport, units: bpy.typ
 def _draw_lists(layout: bpy.types.UILayout, report: BakeReport, width: int) -> None:
     if report.warnings:
         many = len(report.warnings) > 3
-        header, body = layout.panel("DETP_warnings", default_closed=many)
-        header.label(text=counted(len(report.warnings), "Warning"), icon="ERROR")
-        if body:
-            for warning in report.warnings[:MOST_WARNINGS]:
-                _sentence(body, warning, width, "DOT")
-            if len(report.warnings) > MOST_WARNINGS:
-                body.label(text=f"and {len(report.warnings) - MOST_WARNINGS} more: copy the report to read them")
-    header, body = layout.panel("DETP_details", default_closed=True)
-    header.label(text="Details")
+        body = _section(layout, "warnings", counted(len(report.warnings), "Warning"), many, "ERROR")
+        _bullets(body, report.warnings, width)
+    if report.left_out:
+        _bullets(_section(layout, "left_out", f"{len(report.left_out)} Left Out"), report.left_out, width)
+    body = _section(layout, "details", "Details")
     if body:
-        for title, items in (("Modelled", report.modelled), ("Left out", report.left_out)):
-            if items:
-                _sentence(body, f"{title}: {', '.join(items)}.", width)
         _sentence(body, report.gatherer_reason, width)
+        _bullets(body, [f"Modelled: {feature}" for feature in report.modelled], width)
         body.operator("detp.copy_report", icon="COPYDOWN")
 
 
-def _sentence(layout: bpy.types.UILayout, text: str, width: int, icon: str = "BLANK1") -> None:
+def _section(layout: bpy.types.UILayout, name: str, title: str, closed: bool = True, icon: str = "NONE"):
+    """The body of a part that can be folded away, or None while it is."""
+    header, body = layout.panel(f"DETP_{name}", default_closed=closed)
+    header.label(text=title, icon=icon)
+    return body
+
+
+def _bullets(layout: bpy.types.UILayout | None, sentences: Sequence[str], width: int) -> None:
+    if layout is None:
+        return
+    for sentence in sentences[:MOST_LINES]:
+        _sentence(layout, sentence, width, "DOT")
+    if len(sentences) > MOST_LINES:
+        layout.label(text=f"and {len(sentences) - MOST_LINES} more: see Copy Report in Details")
+
+
+def _sentence(layout: bpy.types.UILayout, text: str, width: int, icon: str = "NONE") -> None:
     """Labels do not wrap, so each line of the text gets one."""
     column = layout.column(align=True)
     column.scale_y = 0.8
     for number, line in enumerate(textwrap.wrap(text, width) or [""]):
-        column.label(text=line, icon=icon if number == 0 else "BLANK1")
+        column.label(text=line, icon=icon if number == 0 or icon == "NONE" else "BLANK1")
 
 
 def _line_length(context) -> int:

@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 
 from .preview_camera import frame
-from .render_view import render, temporary_scene
+from .reading.render_view import render, temporary_scene
 
 WIDTH, HEIGHT, SAMPLES = 960, 540, 16
 BACKGROUND = 0.02

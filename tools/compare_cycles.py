@@ -22,7 +22,7 @@ from detp.core.bake import bake
 from detp.core.rays import RayCaster
 from detp.core.sampling import frames
 from detp.core.settings import BakeSettings
-from detp.detp_addon.read_scene import read_scene
+from detp.detp_addon.reading.read_scene import read_scene
 
 TANGENT_RAYS = 32
 
@@ -33,8 +33,8 @@ def main() -> int:
     reference = load_reference(arguments.reference)
     targets = [bpy.data.objects[name] for name in reference]
     exported = read_scene(bpy.context.scene, bpy.context.view_layer, targets, "CORNER")
-    settings = BakeSettings(estimator=arguments.estimator, quality=arguments.quality, photons=arguments.photons, radius=arguments.radius,
-                            gatherer=arguments.gatherer, seed=arguments.seed)  # fmt: skip
+    names = ("quality", "photons", "radius", "gatherer", "estimator", "seed")
+    settings = BakeSettings(**{name: getattr(arguments, name) for name in names})
     result = run(bake(exported.scene, exported.centres, exported.normals, settings, exported.inward))
     clear = away_from_edges(exported, result.radius)
 

@@ -2,7 +2,7 @@
 
 import bpy
 import numpy as np
-from detp.detp_addon.read_scene import read_scene
+from detp.detp_addon.reading.read_scene import read_scene
 
 
 def fresh():

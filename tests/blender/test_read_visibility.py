@@ -6,8 +6,8 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from detp.core.errors import EditModeError, NoLightError, NoMeshError  # noqa: E402
-from detp.detp_addon.read_scene import read_scene  # noqa: E402
-from detp.detp_addon.render_view import view_as_render  # noqa: E402
+from detp.detp_addon.reading.read_scene import read_scene  # noqa: E402
+from detp.detp_addon.reading.render_view import view_as_render  # noqa: E402
 from made_scenes import (  # noqa: E402
     all_counts,
     cube,

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import bpy
 import numpy as np
 
-from ..core.lights.light import Light
+from ...core.lights.light import Light
 from .estimation_points import ElementPoints, place_points
 from .findings import Findings
 from .read_lights import read_light

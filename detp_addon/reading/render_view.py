@@ -8,7 +8,7 @@ from typing import TypeVar
 
 import bpy
 
-from ..core.errors import SceneBusyError
+from ...core.errors import SceneBusyError
 
 Result = TypeVar("Result")
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from ..core.errors import EditModeError, NoLightError, NoMeshError
-from ..core.lights.environment import EnvironmentWorld
-from ..core.lights.light import Light
-from ..core.lights.world import UniformWorld
-from ..core.scene import Scene
+from ...core.errors import EditModeError, NoLightError, NoMeshError
+from ...core.lights.environment import EnvironmentWorld
+from ...core.lights.light import Light
+from ...core.lights.world import UniformWorld
+from ...core.scene import Scene
 from .estimation_points import ElementPoints
 from .findings import Findings
 from .read_instances import RenderedObjects, read_instances

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 import bpy
 import numpy as np
 
-from ..core.errors import SceneBusyError
+from ...core.errors import SceneBusyError
 from .read_input_nodes import DIFFUSE_RAY
 from .render_view import render, temporary_scene
 

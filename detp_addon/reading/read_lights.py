@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
-from ..core.lights.area import AreaLight
-from ..core.lights.light import Light
-from ..core.lights.point import PointLight
-from ..core.lights.spot import SpotLight
-from ..core.lights.sun import SunLight
+from ...core.lights.area import AreaLight
+from ...core.lights.light import Light
+from ...core.lights.point import PointLight
+from ...core.lights.spot import SpotLight
+from ...core.lights.sun import SunLight
 from .findings import Findings
 from .read_materials import RULES
 from .read_node_graph import node_tree, output_feed

@@ -192,7 +192,7 @@ def _colours(
 
 def _object(target: BakeTarget) -> bpy.types.Object | None:
     """The target's object, looked up by name each time: references do not survive an undo during the bake."""
-    return bpy.data.objects.get((target.object_name, None)) or bpy.data.objects.get(target.object_name)
+    return bpy.data.objects.get((target.object_name, target.library))
 
 
 def _doubts(result: BakeResult) -> list[str]:

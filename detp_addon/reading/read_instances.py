@@ -39,6 +39,7 @@ class TargetPoints:
     """The estimation points of one mesh object, whose evaluated mesh is the surface of that row."""
 
     object_name: str
+    library: str | None
     mesh_name: str
     surface: int
     points: ElementPoints
@@ -137,6 +138,9 @@ def _add_mesh(read: RenderedObjects, instance, row: int, matrix: np.ndarray, wan
         # Curves and texts come as instances of themselves.
         if instance.parent is not None and instance.parent.original != original:
             findings.modelled("{}", "instance", str(len(read.placements)))
+            findings.left_out("light of their own on instances of {}", "object", original.name)
+        elif original.type != "MESH":
+            findings.left_out("colours on {} that are not meshes but block and reflect light", "object", original.name)
         return
     if any(system.settings.type == "HAIR" and system.settings.render_type == "PATH" for system in obj.particle_systems):
         findings.left_out("hair of {}", "object", obj.name)
@@ -148,10 +152,9 @@ def _add_mesh(read: RenderedObjects, instance, row: int, matrix: np.ndarray, wan
         return
     points = place_points(original, obj.data, surface, matrix, domain)
     if len(points.centres) == 0:
-        # Loose vertices and edges need no word, but faces that modifiers took away do.
-        if len(original.data.polygons):
-            findings.warn("there is no light to bake on {}, of which a render shows no face", "object", obj.name)
+        findings.warn("there is no light to bake on {}, of which a render shows no face", "object", obj.name)
         return
     if points.nearest:
         findings.warn("light is taken from the nearest point of the surface after modifiers for {}", "object", obj.name)
-    read.targets.append(TargetPoints(original.name, original.data.name, row, points))
+    library = original.library.filepath if original.library else None
+    read.targets.append(TargetPoints(original.name, library, original.data.name, row, points))

@@ -28,12 +28,14 @@ _FLAT = 1e-6
 class BakeTarget:
     """One mesh object to bake, by names, since Blender's own objects may go while a bake runs.
 
+    library     path of the library file the object is linked from, None for the file's own
     domain      CORNER or POINT; E is the number of those elements of the mesh before modifiers
     point_rows  (E,) the estimation point of each element, -1 for none
     albedo      (E, 3) and emission (E, 3) in W/(m^2 sr) of the surface there
     """
 
     object_name: str
+    library: str | None
     mesh_name: str
     domain: str
     point_rows: np.ndarray
@@ -48,7 +50,7 @@ class ExportedScene:
     centres    (N, 3) metres and normals (N, 3) unit: the estimation points of all targets
     inward     (N, 3) metres, from each point into its own faces
     modelled   features that were found and are honoured; left_out: those that are not; warnings: one sentence each
-    objects    mesh objects and instances in the scene; triangles; lights (lamps and the world)
+    objects    mesh objects and instances in the scene; triangles; lights: lamps, the world, and objects that shine
     """
 
     scene: Scene
@@ -90,11 +92,19 @@ def read_scene(
         _name_missing(wanted, {target.object_name for target in baked}, findings)
     if len(centres) == 0:
         raise NoMeshError("There is nothing to bake: choose mesh objects with faces that a render shows.")
+    if scene.albedo.any():
+        findings.modelled("diffuse bounces")
     modelled, left_out, warnings = findings.sentences()
     return ExportedScene(
         scene, baked, centres, normals, inward, modelled, left_out, warnings,
-        objects=len(read.placements), triangles=len(scene.triangles), lights=len(scene.lights),
+        objects=len(read.placements), triangles=len(scene.triangles), lights=len(scene.lights) + _shining(read),
     )  # fmt: skip
+
+
+def _shining(read: RenderedObjects) -> int:
+    """How many objects give light by their materials."""
+    shines = [bool(response.emission.any()) for response in read.responses]
+    return sum(shines[placement.surface] for placement in read.placements)
 
 
 def _bakeable(targets: list[bpy.types.Object], findings: Findings) -> set[bpy.types.Object]:
@@ -169,7 +179,7 @@ def _targets(read: RenderedObjects, domain: str) -> tuple[tuple[BakeTarget, ...]
         rows = np.where(points.rows >= 0, points.rows + start, -1)
         albedo = _element_means(points, response.albedo, DEFAULT_ALBEDO)
         emission = _element_means(points, response.emission, 0.0)
-        targets.append(BakeTarget(target.object_name, target.mesh_name, domain, rows, albedo, emission))
+        targets.append(BakeTarget(target.object_name, target.library, target.mesh_name, domain, rows, albedo, emission))
         points_of.append((points.centres, points.normals, points.inward))
         start += len(points.centres)
     return tuple(targets), tuple(np.concatenate(column) for column in zip(*points_of, strict=True))

@@ -57,13 +57,14 @@ class DiscGrid:
             begin = self._first_patch.take(cell)
             row, patch = expanded(begin, self._first_patch.take(cell + 1) - begin)
             piece, first, last = piece.take(row), first.take(row), last.take(row)
-            enter, length = pieces.enter.take(piece), pieces.length.take(piece)
+            stretches = Stretches(piece, patch, first, np.minimum(last, np.float32(1.0)))
+            kept, balls = self._patches.narrowed(pieces, stretches)
+            piece, first, last = piece.take(kept), first.take(kept), last.take(kept)
+            segment, enter, length = (column.take(piece) for column in (pieces.segment, pieces.enter, pieces.length))
             # Stretches of one piece share their ends to the bit; the outermost have none.
             begin = np.where(first > 0.0, enter + first * length, -np.inf)
             end = np.where(last < 1.0, enter + last * length, np.inf)
-            segment = pieces.segment.take(piece)
-            stretches = Stretches(piece, patch, first, np.minimum(last, np.float32(1.0)))
-            for row, disc in self._patches.candidates(pieces, stretches):
+            for row, disc in self._patches.within(patch.take(kept), balls):
                 yield Candidates(segment.take(row), disc, begin.take(row), end.take(row))
 
 

@@ -96,20 +96,24 @@ class Patches:
     def candidates(self, pieces: Pieces, stretches: Stretches) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Yield rows of ``stretches`` and discs that may cross there, in bounded pairs of arrays (C,) int64."""
         for begin in range(0, len(stretches), RECORDS):
-            kept, middle = self._narrowed(pieces, stretches.taken(slice(begin, begin + RECORDS)))
-            patch = stretches.patch[begin:].take(kept)
-            ranges = self.start.take(patch), self.count.take(patch)
-            for owner, place in expanded_blocks(*ranges, CANDIDATES):
-                disc = self.member.take(place).astype(np.int64)
-                gap = self.balls.take(disc, axis=0)
-                gap -= middle.take(owner, axis=0)
-                gap *= gap
-                distance = gap[:, 0] + gap[:, 1]
-                distance += gap[:, 2]
-                near = (distance <= gap[:, 3]).nonzero()[0]
-                yield begin + kept.take(owner.take(near)), disc.take(near)
+            some = stretches.taken(slice(begin, begin + RECORDS))
+            kept, balls = self.narrowed(pieces, some)
+            for row, disc in self.within(some.patch.take(kept), balls):
+                yield begin + kept.take(row), disc
 
-    def _narrowed(self, pieces: Pieces, stretches: Stretches) -> tuple[np.ndarray, np.ndarray]:
+    def within(self, patch: np.ndarray, balls: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """Yield which rows of ``patch`` and ``balls`` (R, 4), as from :meth:`narrowed`, reach which members."""
+        for row, place in expanded_blocks(self.start.take(patch), self.count.take(patch), CANDIDATES):
+            disc = self.member.take(place).astype(np.int64)
+            gap = self.balls.take(disc, axis=0)
+            gap -= balls.take(row, axis=0)
+            gap *= gap
+            distance = gap[:, 0] + gap[:, 1]
+            distance += gap[:, 2]
+            near = (distance <= gap[:, 3]).nonzero()[0]
+            yield row.take(near), disc.take(near)
+
+    def narrowed(self, pieces: Pieces, stretches: Stretches) -> tuple[np.ndarray, np.ndarray]:
         """The rows that meet their patch's slab from the front, and a ball around what is inside the slab.
 
         The balls (R, 4) hold the centre and minus the radius, so that subtracting them from a disc's ball

@@ -52,7 +52,8 @@ def parse() -> argparse.Namespace:
 def measured(scene: Path, gatherer: str, quality: str, folder: Path) -> tuple[dict, str]:
     """The report's entry of one bake, and all that the command printed."""
     report = folder / "report.json"
-    command = [sys.executable, "-m", "detp.detp_addon.command", "bake", str(scene), "-o", str(folder / "baked.blend"),
+    program = "from detp.detp_addon.command import console; console()"
+    command = [sys.executable, "-c", program, "bake", str(scene), "-o", str(folder / "baked.blend"),
                "--quality", quality, "--gatherer", gatherer, "--report", str(report)]  # fmt: skip
     finished = subprocess.run(command, capture_output=True, text=True)
     output = finished.stdout + finished.stderr

@@ -32,7 +32,8 @@ def make_gatherer(name: str, discs: TangentDiscs) -> tuple[Gatherer, str]:
         return BruteForce(discs), f"{_TITLES[name]}, as asked for."
     gatherer = DiscIndex(discs)
     why = "as asked for" if name != "auto" else _size_of(discs)
-    return gatherer, f"{_TITLES[gatherer.name]} with a {gatherer.index}: {why}."
+    uneven = ", with the points too unevenly spread for a grid" if gatherer.index == "tree" else ""
+    return gatherer, f"{_TITLES[gatherer.name]} with a {gatherer.index}: {why}{uneven}."
 
 
 def _size_of(discs: TangentDiscs) -> str:

@@ -278,7 +278,9 @@ def test_a_few_distant_discs_turn_the_index_into_a_tree():
     generator = np.random.default_rng(2)
     near = generator.uniform(0, 1, (2000, 3)) * [1, 1, 0]
     centres = np.concatenate([near, generator.uniform(-1e4, 1e4, (50, 3))])
-    assert DiscIndex(TangentDiscs.of_radius(centres, np.tile([0, 0, 1.0], (2050, 1)), 0.02)).index == "tree"
+    uneven = TangentDiscs.of_radius(centres, np.tile([0, 0, 1.0], (2050, 1)), 0.02)
+    assert DiscIndex(uneven).index == "tree"
+    assert "unevenly spread" in make_gatherer("auto", uneven)[1]
     assert DiscIndex(TangentDiscs.of_radius(near, np.tile([0, 0, 1.0], (2000, 1)), 0.02)).index == "grid"
 
 

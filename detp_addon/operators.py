@@ -1,6 +1,5 @@
 """What the panel's buttons do: bake, cancel, copy the report."""
 
-import math
 import time
 
 import bpy
@@ -36,7 +35,7 @@ class DETP_OT_bake(BakeOptions, bpy.types.Operator):
         bake = self._begun(context)
         if bake is None:
             return {"CANCELLED"}
-        bake.step(math.inf)
+        bake.run()
         return self._ended(bake)
 
     def invoke(self, context, _event):
@@ -71,7 +70,7 @@ class DETP_OT_bake(BakeOptions, bpy.types.Operator):
         if self._bake.outcome is not None:
             self._close(context)
             return self._ended(self._bake)
-        if time.perf_counter() > self._drawn + REDRAW:
+        if time.perf_counter() > self._drawn + REDRAW or self._bake.progress.phase != self._phase:
             self._show_progress(context)
         return {"RUNNING_MODAL"} if swallowed else {"PASS_THROUGH"}
 
@@ -116,8 +115,8 @@ class DETP_OT_bake(BakeOptions, bpy.types.Operator):
         return {"FINISHED"}
 
     def _show_progress(self, context):
-        self._drawn = time.perf_counter()
         progress = self._bake.progress
+        self._drawn, self._phase = time.perf_counter(), progress.phase
         _set_status(self._workspace, f"DETP bake: {progress.phase}, {progress.fraction:.0%}   |   Esc: Cancel")
         _redraw_sidebars(context)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Generator
 from dataclasses import dataclass
@@ -32,11 +33,12 @@ class BakeSession:
 
     def __init__(self, steps: Generator[JobProgress, None, BakeReport]):
         self._steps = steps
+        self._phases: set[str] = set()
         self.progress = JobProgress("Starting", 0.0)
         self.outcome: Outcome | None = None
 
     def step(self, seconds: float) -> None:
-        """Work for about so long, or to the end.
+        """Work for about so long, to the end, or to a phase that is new: its name can be shown before it takes long.
 
         What a user can cause becomes the outcome; an error of the program is raised, after the outcome is set.
         """
@@ -53,8 +55,15 @@ class BakeSession:
             except BaseException as error:
                 self.outcome = Outcome(FAILED, f"The bake broke off, please report this: {error!r}")
                 raise
-            if time.perf_counter() >= deadline:
+            new = self.progress.phase not in self._phases
+            self._phases.add(self.progress.phase)
+            if new or time.perf_counter() >= deadline:
                 return
+
+    def run(self) -> None:
+        """Work to the end; raises as :meth:`step` does."""
+        while self.outcome is None:
+            self.step(math.inf)
 
     def cancel(self, message: str = "The bake was cancelled; nothing was changed.") -> None:
         """End without writing anything; does nothing when the bake is over."""

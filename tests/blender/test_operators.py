@@ -54,7 +54,7 @@ def steps(count: int, end=None, closed=None):
     """A stand-in for bake_scene: some steps, then an exception or a report."""
     try:
         for number in range(count):
-            yield JobProgress("Working", number / count)
+            yield JobProgress("Reading" if number == 0 else "Working", number / count)
         if isinstance(end, BaseException):
             raise end
         return end
@@ -75,9 +75,18 @@ class TestSession:
         assert bake.progress.fraction == pytest.approx(0.001)
         assert session.running() is bake
 
+    def test_a_new_phase_is_shown_before_it_takes_long(self):
+        bake = session.begin(steps(1000, REPORT))
+        bake.step(math.inf)
+        assert bake.progress.phase == "Reading"
+        bake.step(math.inf)
+        assert bake.progress.phase == "Working" and bake.outcome is None
+        bake.step(math.inf)
+        assert bake.outcome is not None
+
     def test_runs_to_the_end(self):
         bake = session.begin(steps(10, REPORT))
-        bake.step(math.inf)
+        bake.run()
         assert bake.outcome == session.Outcome(session.DONE, "Baked.", REPORT)
         assert session.running() is None and session.latest() is bake
 
@@ -87,25 +96,25 @@ class TestSession:
         bake.step(0.0)
         bake.cancel()
         assert closed and bake.outcome.status == session.CANCELLED
-        bake.step(math.inf)
+        bake.run()
         bake.cancel("again")
         assert bake.outcome.status == session.CANCELLED and bake.outcome.message != "again"
 
     def test_the_users_error_is_the_outcome(self):
         bake = session.begin(steps(1, NoLightError("No light.")))
-        bake.step(math.inf)
+        bake.run()
         assert bake.outcome == session.Outcome(session.FAILED, "No light.")
 
     def test_a_removed_scene_cancels(self):
         bake = session.begin(steps(1, ReferenceError("StructRNA of type Scene has been removed")))
-        bake.step(math.inf)
+        bake.run()
         assert bake.outcome.status == session.CANCELLED
 
     def test_an_error_of_the_program_is_raised_and_leaves_no_running_bake(self):
         closed = []
         bake = session.begin(steps(1, ZeroDivisionError("oops"), closed))
         with pytest.raises(ZeroDivisionError):
-            bake.step(math.inf)
+            bake.run()
         assert closed and bake.outcome.status == session.FAILED and session.running() is None
 
 

@@ -228,8 +228,10 @@ def try_an_error_of_the_program():
 
     operators.bake_scene = broken
     try:
+        latest = session().latest()
         yield from user.press("detp.bake")
-        yield 1.0
+        yield from user.wait_for(lambda: session().latest() is not latest and over())
+        yield 0.5
     finally:
         operators.bake_scene = bake_scene
     assert over() and outcome().status == "FAILED" and "ZeroDivisionError" in outcome().message, outcome()

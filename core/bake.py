@@ -20,7 +20,7 @@ from .scene import Scene
 from .segments import Segments
 from .settings import BakeSettings
 from .tracing import PhotonTracer
-from .visible_area import visible_discs
+from .visible_area import POINTS_PER_CHUNK, VisibleDiscs, visible_discs
 
 #: Particles traced at a time, and gathered at a time. Fixed, because the random numbers follow from them:
 #: a seed gives the same light whatever the machine, the gatherer or the number of threads.
@@ -46,7 +46,7 @@ class BakeResult:
     radius        of the discs, metres
     gatherer      name, and ``reason`` for its choice
     photons, segments   how many were traced
-    seconds       wall time by stage: radius, trace, gather
+    seconds       wall time by stage: radius, place (the discs), trace, gather
     emitted_flux  (3,) W from all lights; ``cut_flux`` (3,) W that the bounce limit cut off
     """
 
@@ -76,18 +76,22 @@ def bake(
     """
     if len(centres) == 0:
         raise NoMeshError("There is no vertex to bake: choose at least one mesh with faces.")
-    stopwatch = _Stopwatch("radius", "trace", "gather")
+    stopwatch = _Stopwatch("radius", "place", "trace", "gather")
     yield Progress("Choosing the radius", 0.0)
     with stopwatch("radius"):
         caster = RayCaster(scene.corners)
         radius = settings.radius or choose_radius(scene, caster, centres, normals, settings)
-    yield Progress("Placing the discs", 0.0)
+    discs, visible = TangentDiscs.of_radius(centres, normals, radius), None
+    if settings.estimator == "visible":
+        placed = []
+        steps = visible_discs(caster, discs, np.zeros_like(discs.centres) if inward is None else inward)
+        for _ in range(0, len(discs), POINTS_PER_CHUNK):
+            yield Progress("Placing the discs", 0.0)
+            with stopwatch("place"):
+                placed.append(next(steps))
+        joined = VisibleDiscs.joined(placed)
+        discs, visible = joined.discs, joined.area
     with stopwatch("gather"):
-        if settings.estimator == "plain":
-            discs, visible = TangentDiscs.of_radius(centres, normals, radius), None
-        else:
-            inward = np.zeros_like(centres) if inward is None else inward
-            discs, visible = visible_discs(caster, centres, normals, inward, radius)
         gatherer, reason = make_gatherer(settings.gatherer, discs)
     with stopwatch("trace"):
         tracer = PhotonTracer(scene, caster, scene.bounds.expanded(2 * radius), settings.bounces)

@@ -86,6 +86,8 @@ class Accumulator:
 
     def add(self, crossings: Crossings) -> None:
         """Count these crossings in; each pair must come once."""
+        if len(crossings) == 0:
+            return
         if self._visible is not None:
             crossings = self._visible.kept(self._discs, self._segments, crossings)
         count = len(self._total)

@@ -7,11 +7,11 @@ only crossings inside this outline count, and they are divided by its area.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from .checks import unit_rows
 from .discs import TangentDiscs
 from .gatherers.gatherer import Crossings
 from .rays import RayCaster
@@ -34,7 +34,7 @@ GAIN = 1.3
 SMALLEST_SHARE = 0.002
 
 #: Points whose rays are cast at a time.
-POINTS_PER_CHUNK = 1 << 14
+POINTS_PER_CHUNK = 1 << 12
 
 
 @dataclass(frozen=True)
@@ -67,43 +67,57 @@ class VisibleArea:
         return Crossings(crossings.segment[keep], crossings.disc[keep])
 
 
-def visible_discs(
-    caster: RayCaster, centres: np.ndarray, normals: np.ndarray, inward: np.ndarray, radius: float
-) -> tuple[TangentDiscs, VisibleArea]:
-    """Discs of ``radius`` at points (N, 3) with ``normals`` (N, 3), put in front of the surface, and their outlines.
+@dataclass(frozen=True)
+class VisibleDiscs:
+    """Discs put in front of the surface, and what their centres see of them."""
+
+    discs: TangentDiscs
+    area: VisibleArea
+
+    @staticmethod
+    def joined(parts: list[VisibleDiscs]) -> VisibleDiscs:
+        """All discs of ``parts`` in their order; ``parts`` holds at least one."""
+        discs = [[getattr(part.discs, name) for part in parts] for name in ("centres", "normals", "radii")]
+        area = [[getattr(part.area, name) for part in parts] for name in ("reach", "areas", "partial", "hidden")]
+        return VisibleDiscs(TangentDiscs(*map(np.concatenate, discs)), VisibleArea(*map(np.concatenate, area)))
+
+
+def visible_discs(caster: RayCaster, discs: TangentDiscs, inward: np.ndarray) -> Iterator[VisibleDiscs]:
+    """Put ``discs`` (N) in front of the surface and measure their outlines, some at a time.
 
     ``inward`` (N, 3) metres leads from each point into its own faces, at most half of which it is moved along; zero
     where it need not be.
     """
-    discs = TangentDiscs.of_radius(centres, normals, radius)
-    nudge = max(NUDGE * radius, 8 * caster.tolerance)
-    length = np.linalg.norm(inward, axis=1)
-    share = np.minimum(nudge / np.maximum(length, nudge), 0.5)
+    nudge = np.maximum(NUDGE * discs.radii, 8 * caster.tolerance)
+    share = np.minimum(nudge / np.maximum(np.linalg.norm(inward, axis=1), nudge), 0.5)
     based = discs.centres + share[:, None] * inward
-    parts = [slice(start, start + POINTS_PER_CHUNK) for start in range(0, len(discs), POINTS_PER_CHUNK)]
-    found = [_lifted(caster, based[rows], discs.normals[rows], radius, nudge) for rows in parts]
-    lifts, reach = (np.concatenate(columns) for columns in zip(*found, strict=True))
-    partial = (reach < radius).any(axis=1)
-    areas = np.where(partial, _outline_area(reach), np.pi * radius**2)
-    hidden = areas < SMALLEST_SHARE * np.pi * radius**2
-    area = VisibleArea(reach, np.where(hidden, np.pi * radius**2, areas), partial, hidden)
-    return TangentDiscs(based + lifts[:, None] * discs.normals, discs.normals, discs.radii), area
+    for start in range(0, len(discs), POINTS_PER_CHUNK):
+        rows = slice(start, start + POINTS_PER_CHUNK)
+        normals, radii = discs.normals[rows], discs.radii[rows]
+        lifts, reach = _lifted(caster, based[rows], normals, radii, nudge[rows])
+        whole = np.pi * radii**2
+        partial = (reach < radii[:, None]).any(axis=1)
+        areas = np.where(partial, _outline_area(reach), whole)
+        hidden = areas < SMALLEST_SHARE * whole
+        lifted = TangentDiscs(based[rows] + lifts[:, None] * normals, normals, radii)
+        yield VisibleDiscs(lifted, VisibleArea(reach, np.where(hidden, whole, areas), partial, hidden))
 
 
-def _lifted(caster, centres, normals, radius, nudge) -> tuple[np.ndarray, np.ndarray]:
+def _lifted(caster, centres, normals, radii, nudge) -> tuple[np.ndarray, np.ndarray]:
     """The lift (N,) of each disc and its outline (N, DIRECTIONS) there."""
-    lifts = np.full(len(centres), nudge)
-    reach = _reach(caster, centres + nudge * normals, normals, radius)
+    lifts = nudge.copy()
+    reach = _reach(caster, centres + nudge[:, None] * normals, normals, radii)
     areas = _outline_area(reach)
-    open_area = _outline_area(np.full((1, DIRECTIONS), radius))[0]
-    rows = np.flatnonzero(areas < open_area / GAIN)
-    headroom = _headroom(caster, centres + nudge * normals, normals)
+    rows = np.flatnonzero(areas < np.pi * radii**2 / GAIN)
+    headroom = np.full(len(centres), np.inf)
+    headroom[rows] = _headroom(caster, centres[rows] + nudge[rows, None] * normals[rows], normals[rows])
     for share in LIFTS:
-        rows = rows[share * radius < 0.5 * headroom[rows]]
-        higher = _reach(caster, centres[rows] + share * radius * normals[rows], normals[rows], radius)
+        rows = rows[share * radii[rows] < 0.5 * headroom[rows]]
+        lift = share * radii[rows]
+        higher = _reach(caster, centres[rows] + lift[:, None] * normals[rows], normals[rows], radii[rows])
         gains = _outline_area(higher) > GAIN * areas[rows]
         rows, higher = rows[gains], higher[gains]
-        lifts[rows], reach[rows], areas[rows] = share * radius, higher, _outline_area(higher)
+        lifts[rows], reach[rows], areas[rows] = lift[gains], higher, _outline_area(higher)
     return lifts, reach
 
 
@@ -113,15 +127,17 @@ def _headroom(caster: RayCaster, origins, normals) -> np.ndarray:
     return np.where(hits.triangle < 0, np.inf, np.linalg.norm(hits.points - origins, axis=1))
 
 
-def _reach(caster: RayCaster, origins, normals, radius: float) -> np.ndarray:
-    """How far (N, DIRECTIONS) one sees within the tangent plane, up to ``radius``."""
+def _reach(caster: RayCaster, origins, normals, radii) -> np.ndarray:
+    """How far (N, DIRECTIONS) one sees within the tangent plane, up to the radius."""
     first, second = (axis[:, None] for axis in frames(normals))
     angle = (np.arange(DIRECTIONS) * (2 * np.pi / DIRECTIONS))[:, None]
-    directions = unit_rows((np.cos(angle) * first + np.sin(angle) * second).reshape(-1, 3), "directions")
+    directions = (np.cos(angle) * first + np.sin(angle) * second).reshape(-1, 3)
     starts = np.repeat(origins, DIRECTIONS, axis=0)
     hits = caster.first_hits(starts, directions)
-    distance = np.linalg.norm(hits.points - starts, axis=1)
-    return np.where(hits.triangle < 0, radius, np.minimum(distance, radius)).reshape(-1, DIRECTIONS)
+    away = hits.points - starts
+    distance = np.sqrt(np.einsum("ij,ij->i", away, away)).reshape(-1, DIRECTIONS)
+    missed = hits.triangle.reshape(-1, DIRECTIONS) < 0
+    return np.where(missed, radii[:, None], np.minimum(distance, radii[:, None]))
 
 
 def _outline_area(reach: np.ndarray) -> np.ndarray:

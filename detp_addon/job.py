@@ -107,7 +107,7 @@ def bake_scene(
         seconds={
             "export": exported - start,
             "trace": result.seconds["radius"] + result.seconds["trace"],
-            "gather": result.seconds["gather"],
+            "gather": result.seconds["place"] + result.seconds["gather"],
             "write": end - writing,
             "total": end - start,
         },

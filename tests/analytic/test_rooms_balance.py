@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from detp.core import parallel
 from detp.core.bake import bake
 from detp.core.lights.emissive import EmissiveTriangles
 from detp.core.lights.point import PointLight
@@ -173,3 +174,16 @@ def test_a_seed_gives_the_same_light_again_and_another_seed_another():
     )
     assert np.array_equal(first, again)
     assert not np.array_equal(first, other)
+
+
+@pytest.mark.parametrize("gatherer", ["disc-index", "sphere-cache"])
+def test_the_number_of_threads_changes_nothing(monkeypatch, gatherer):
+    quads = box_quads((1, 1, 1))
+    scene = scene_of(quads, (0.5, 0.6, 0.7), 1.0)
+    points, normals = face_points(quads, 3)
+    settings = BakeSettings(photons=150_000, radius=0.1, gatherer=gatherer)
+    totals = []
+    for workers in (1, 2, 5):
+        monkeypatch.setattr(parallel, "worker_count", lambda workers=workers: workers)
+        totals.append(finished(bake(scene, points, normals, settings)).estimate.total)
+    assert np.array_equal(totals[0], totals[1]) and np.array_equal(totals[0], totals[2])

@@ -89,6 +89,8 @@ def visible_discs(caster: RayCaster, discs: TangentDiscs, inward: np.ndarray) ->
     where it need not be.
     """
     nudge = np.maximum(NUDGE * discs.radii, 8 * caster.tolerance)
+    # Along the tangent plane only: from a rounded convex corner the middle of its faces lies inside the solid.
+    inward = inward - np.einsum("ij,ij->i", inward, discs.normals)[:, None] * discs.normals
     share = np.minimum(nudge / np.maximum(np.linalg.norm(inward, axis=1), nudge), 0.5)
     based = discs.centres + share[:, None] * inward
     for start in range(0, len(discs), POINTS_PER_CHUNK):

@@ -5,6 +5,7 @@ import pytest
 from detp.core.bake import bake
 from detp.core.lights.emissive import EmissiveTriangles
 from detp.core.lights.point import PointLight
+from detp.core.lights.world import UniformWorld
 from detp.core.scene import Scene
 from detp.core.settings import BakeSettings
 from rooms import box_quads, finished, scene_of, z_scores
@@ -117,3 +118,16 @@ def test_an_open_surface_has_whole_discs():
     visible = baked(scene, points, normals, np.zeros((4, 3)), photons=20_000).estimate.irradiance
     # Lifting the disc by a hundredth of its radius is all that differs.
     assert visible == pytest.approx(plain, rel=0.05)
+
+
+def test_a_rounded_convex_corner_sees_the_whole_sky():
+    cube = box_quads((1, 1, 1))[:, ::-1]
+    corners = np.unique(cube.reshape(-1, 3), axis=0)
+    outward = corners - 0.5
+    scene = scene_of(cube, lights=(UniformWorld((1.0, 1.0, 1.0)),))
+    # The middles of the faces around a corner, which lead into the solid.
+    inward = -outward / 3
+    result = baked(scene, corners, outward, inward, photons=2_000_000)
+    assert not result.hidden.any()
+    assert np.abs(z_scores(result.estimate, np.pi)).max() < 4
+    assert result.estimate.irradiance.mean() == pytest.approx(np.pi, rel=0.02)

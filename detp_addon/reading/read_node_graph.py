@@ -28,8 +28,9 @@ class Feed:
 
 def node_tree(owner) -> bpy.types.NodeTree | None:
     """The node tree that a material, world or light is made by, None when it uses its plain settings."""
-    # From 5.0 on everything uses nodes, and asking whether it does is deprecated.
-    if bpy.app.version < (5, 0) and not owner.use_nodes:
+    # Materials and worlds always use nodes from 5.0 on, lights from 5.2 on, and then it is deprecated to ask.
+    always_since = (5, 2) if isinstance(owner, bpy.types.Light) else (5, 0)
+    if bpy.app.version < always_since and not owner.use_nodes:
         return None
     return owner.node_tree
 

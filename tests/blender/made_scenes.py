@@ -40,7 +40,7 @@ def cube(name="cube", **placing):
 
 def with_nodes(owner):
     """The emptied node tree of a material, world or light."""
-    if bpy.app.version < (5, 0):
+    if bpy.app.version < ((5, 2) if isinstance(owner, bpy.types.Light) else (5, 0)):
         owner.use_nodes = True
     owner.node_tree.nodes.clear()
     return owner.node_tree

@@ -106,13 +106,12 @@ def visible_discs(caster: RayCaster, discs: TangentDiscs, inward: np.ndarray) ->
 
 
 def _lifted(caster, centres, normals, radii, nudge) -> tuple[np.ndarray, np.ndarray]:
-    """The lift (N,) of each disc and its outline (N, DIRECTIONS) there."""
-    lifts = nudge.copy()
-    reach = _reach(caster, centres + nudge[:, None] * normals, normals, radii)
+    """The lift (N,) of each disc and its outline (N, DIRECTIONS) there; no disc is lifted through a surface."""
+    headroom = _headroom(caster, centres, normals)
+    lifts = np.minimum(nudge, 0.5 * headroom)
+    reach = _reach(caster, centres + lifts[:, None] * normals, normals, radii)
     areas = _outline_area(reach)
     rows = np.flatnonzero(areas < np.pi * radii**2 / GAIN)
-    headroom = np.full(len(centres), np.inf)
-    headroom[rows] = _headroom(caster, centres[rows] + nudge[rows, None] * normals[rows], normals[rows])
     for share in LIFTS:
         rows = rows[share * radii[rows] < 0.5 * headroom[rows]]
         lift = share * radii[rows]
@@ -123,10 +122,12 @@ def _lifted(caster, centres, normals, radii, nudge) -> tuple[np.ndarray, np.ndar
     return lifts, reach
 
 
-def _headroom(caster: RayCaster, origins, normals) -> np.ndarray:
-    """How far (N,) one sees along the normal: a disc must not be lifted through a surface."""
-    hits = caster.first_hits(origins, normals)
-    return np.where(hits.triangle < 0, np.inf, np.linalg.norm(hits.points - origins, axis=1))
+def _headroom(caster: RayCaster, centres, normals) -> np.ndarray:
+    """How far (N,) it is along the normal to the next surface, at least twice what keeps clear of the own one."""
+    start = 4 * caster.tolerance
+    hits = caster.first_hits(centres + start * normals, normals)
+    distance = np.linalg.norm(hits.points - centres, axis=1)
+    return np.where(hits.triangle < 0, np.inf, np.maximum(distance, 2 * start))
 
 
 def _reach(caster: RayCaster, origins, normals, radii) -> np.ndarray:

@@ -5,8 +5,8 @@
 REFERENCE.npz holds, per object, what Cycles' DIFFUSE bake without colour gives at the mesh's corners for two seeds, as
 arrays "<object>|<seed>" (corners, 3). Two groups of points are reported: all of them, and those at least two disc
 radii away from concave edges, where the plain estimator is valid. There, no ray within the tangent plane, lifted by
-1 % of the radius, meets anything closer than two radii, and nothing lies on the point: no ray at 30 or 60 degrees
-above the plane meets anything closer than half a radius.
+1 % of the radius, meets anything closer than two radii, and nothing lies on the point: no ray along the normal, or at
+30 or 60 degrees above the plane, meets anything closer than half a radius.
 
 The figures compare the RGB sum at each point. The reference's own noise comes from its two seeds: the median of the
 noise is taken out of the median difference in squares.
@@ -99,7 +99,8 @@ def away_from_edges(exported, radius: float) -> np.ndarray:
     caster = RayCaster(exported.scene.corners)
     first, second = frames(exported.normals)
     origins = exported.centres + max(0.01 * radius, 4 * caster.tolerance) * exported.normals
-    clear = np.full(len(origins), True)
+    hits = caster.first_hits(exported.centres + 4 * caster.tolerance * exported.normals, exported.normals)
+    clear = (hits.triangle < 0) | (np.linalg.norm(hits.points - exported.centres, axis=1) > radius / 2)
     for elevation, distance in ((0, 2 * radius), (30, radius / 2), (60, radius / 2)):
         rise, level = np.sin(np.radians(elevation)), np.cos(np.radians(elevation))
         for angle in np.arange(TANGENT_RAYS) * 2 * np.pi / TANGENT_RAYS:

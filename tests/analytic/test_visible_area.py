@@ -8,6 +8,7 @@ from detp.core.lights.point import PointLight
 from detp.core.lights.world import UniformWorld
 from detp.core.scene import Scene
 from detp.core.settings import BakeSettings
+from detp.core.visible_area import NUDGE
 from rooms import box_quads, finished, scene_of, z_scores
 
 RADIUS = 0.1
@@ -99,6 +100,15 @@ def test_no_light_leaks_under_a_thin_wall():
     plain = baked(scene, points, normals, np.zeros((14, 3)), "plain", photons=300_000).estimate.irradiance
     assert visible[7:].max() < 0.001 * visible[:7].mean()
     assert plain[7:].mean() > 0.1 * plain[:7].mean()
+
+
+def test_a_disc_in_a_narrow_gap_is_not_lifted_through_the_wall():
+    gap = 0.2 * NUDGE * RADIUS
+    floor = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], float)
+    scene = scene_of([floor, floor + (0, 0, gap)], lights=(PointLight((0, 0, 1.0), (1.0, 1.0, 1.0)),))
+    points, normals = np.array([(0.1, 0, 0), (0.1, 0, gap)]), np.tile((0, 0, 1.0), (2, 1))
+    lower, upper = baked(scene, points, normals, np.zeros((2, 3)), photons=100_000).estimate.irradiance[:, 0]
+    assert lower == 0 < upper
 
 
 def test_buried_points_are_hidden_and_others_are_not():

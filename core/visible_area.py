@@ -96,7 +96,9 @@ def visible_discs(caster: RayCaster, discs: TangentDiscs, inward: np.ndarray) ->
     for start in range(0, len(discs), POINTS_PER_CHUNK):
         rows = slice(start, start + POINTS_PER_CHUNK)
         normals, radii = discs.normals[rows], discs.radii[rows]
-        lifts, reach = _lifted(caster, based[rows], normals, radii, nudge[rows])
+        # From the point itself: a point moved aside in a hollow lies behind the surface before it is lifted.
+        headroom = _headroom(caster, discs.centres[rows], normals)
+        lifts, reach = _lifted(caster, based[rows], normals, radii, nudge[rows], headroom)
         whole = np.pi * radii**2
         partial = (reach < radii[:, None]).any(axis=1)
         areas = np.where(partial, _outline_area(reach), whole)
@@ -105,9 +107,8 @@ def visible_discs(caster: RayCaster, discs: TangentDiscs, inward: np.ndarray) ->
         yield VisibleDiscs(lifted, VisibleArea(reach, np.where(hidden, whole, areas), partial, hidden))
 
 
-def _lifted(caster, centres, normals, radii, nudge) -> tuple[np.ndarray, np.ndarray]:
+def _lifted(caster, centres, normals, radii, nudge, headroom) -> tuple[np.ndarray, np.ndarray]:
     """The lift (N,) of each disc and its outline (N, DIRECTIONS) there; no disc is lifted through a surface."""
-    headroom = _headroom(caster, centres, normals)
     lifts = np.minimum(nudge, 0.5 * headroom)
     reach = _reach(caster, centres + lifts[:, None] * normals, normals, radii)
     areas = _outline_area(reach)

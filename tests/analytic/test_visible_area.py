@@ -70,7 +70,8 @@ def test_furnace_reads_one_inside_a_sphere():
     generator = np.random.default_rng(4)
     rows = generator.choice(len(quads), 60, replace=False)
     points = quads[rows, 0]
-    visible = baked(scene, points, -points / np.linalg.norm(points, axis=1)[:, None], np.zeros_like(points))
+    inward = quads.mean(axis=1)[rows] - points
+    visible = baked(scene, points, -points / np.linalg.norm(points, axis=1)[:, None], inward)
     plain = baked(scene, points, -points, np.zeros_like(points), "plain")
     assert plain.estimate.irradiance.max() < 0.1
     assert np.abs(z_scores(visible.estimate, 1.0)).max() < 4

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
@@ -20,7 +21,9 @@ from .scene import Scene
 from .segments import Segments
 from .settings import BakeSettings
 from .tracing import PhotonTracer
-from .visible_area import POINTS_PER_CHUNK, VisibleDiscs, visible_discs
+from .visible_area import VisibleDiscs, visible_discs
+
+Step = TypeVar("Step")
 
 #: Particles traced at a time, and gathered at a time. Fixed, because the random numbers follow from them:
 #: a seed gives the same light whatever the machine, the gatherer or the number of threads.
@@ -83,12 +86,12 @@ def bake(
         radius = settings.radius or choose_radius(scene, caster, centres, normals, settings)
     discs, visible = TangentDiscs.of_radius(centres, normals, radius), None
     if settings.estimator == "visible":
+        yield Progress("Placing the discs", 0.0)
         placed = []
-        steps = visible_discs(caster, discs, np.zeros_like(discs.centres) if inward is None else inward)
-        for _ in range(0, len(discs), POINTS_PER_CHUNK):
+        inward = np.zeros_like(discs.centres) if inward is None else inward
+        for part in stopwatch.timed("place", visible_discs(caster, discs, inward)):
+            placed.append(part)
             yield Progress("Placing the discs", 0.0)
-            with stopwatch("place"):
-                placed.append(next(steps))
         joined = VisibleDiscs.joined(placed)
         discs, visible = joined.discs, joined.area
     with stopwatch("gather"):
@@ -105,25 +108,21 @@ def bake(
         traces = ordered_map(
             lambda task: tracer.trace(task[0], _generator(settings.seed, task[1])), zip(shares, starts, strict=True)
         )
+        yield Progress("Tracing photons", first / settings.photon_count, estimate)
         parts = []
-        for share, start in zip(shares, starts, strict=True):
-            yield Progress("Tracing photons", start / settings.photon_count, estimate)
-            with stopwatch("trace"):
-                traced = next(traces)
+        for share, start, traced in zip(shares, starts, stopwatch.timed("trace", traces), strict=True):
             # Each part carries the scene's full power; in its batch it stands for its share of the particles.
             parts.append(traced.segments.weighted(share / particles))
             cut += traced.cut_flux * (share / settings.photon_count)
+            yield Progress("Tracing photons", (start + share) / settings.photon_count, estimate)
         segments = Segments.joined(parts)
         segment_count += len(segments)
         accumulator = Accumulator(discs, segments, particles, visible)
-        found = gatherer.crossings(segments)
-        with stopwatch("gather"):
-            crossings = next(found, None)
-        while crossings is not None:
-            yield Progress("Gathering", (first + particles) / settings.photon_count, estimate)
+        yield Progress("Gathering", (first + particles) / settings.photon_count, estimate)
+        for crossings in stopwatch.timed("gather", gatherer.crossings(segments)):
             with stopwatch("gather"):
                 accumulator.add(crossings)
-                crossings = next(found, None)
+            yield Progress("Gathering", (first + particles) / settings.photon_count, estimate)
         estimate = estimate.merged(accumulator.estimate())
     return BakeResult(
         estimate=estimate,
@@ -145,7 +144,7 @@ def _generator(seed: int, start: int) -> np.random.Generator:
 
 
 class _Stopwatch:
-    """Adds up wall time by stage: ``with stopwatch("trace"): ...``."""
+    """Adds up wall time by stage: ``with stopwatch("trace"): ...``, or of all that an iterator does between items."""
 
     def __init__(self, *stages: str):
         self.seconds = dict.fromkeys(stages, 0.0)
@@ -157,3 +156,13 @@ class _Stopwatch:
             yield
         finally:
             self.seconds[stage] += time.perf_counter() - start
+
+    def timed(self, stage: str, steps: Iterator[Step]) -> Iterator[Step]:
+        """The items of ``steps``; making them counts for ``stage``, what the caller does with them does not."""
+        while True:
+            with self(stage):
+                try:
+                    step = next(steps)
+                except StopIteration:
+                    return
+            yield step

@@ -12,11 +12,8 @@ from ...core.lights.point import PointLight
 from ...core.lights.spot import SpotLight
 from ...core.lights.sun import SunLight
 from .findings import Findings
-from .read_materials import RULES
-from .read_node_graph import node_tree, output_feed
-from .read_shaders import Shaders
-from .read_values import Values
-from .surface_places import Nowhere, WhereaboutsUnknown
+from .read_materials import even_emission
+from .read_node_graph import node_tree
 
 _SHAPES = {"SQUARE": "rectangle", "RECTANGLE": "rectangle", "DISK": "ellipse", "ELLIPSE": "ellipse"}
 
@@ -54,14 +51,11 @@ def _strength(obj, findings: Findings) -> np.ndarray:
 
 
 def _node_emission(tree, name: str, findings: Findings) -> np.ndarray:
-    feed = output_feed(tree)
-    if feed is None:
-        return np.zeros(3)
-    try:
-        return Shaders(Values(Nowhere(), RULES), lambda sentence: None).response(feed).emission[0]
-    except WhereaboutsUnknown:
+    emission = even_emission(tree)
+    if emission is None:
         findings.warn("nodes that vary the light (patterns, IES profiles) are not read, of {}", "light", name)
         return np.ones(3)
+    return emission
 
 
 def _note(obj, findings: Findings) -> None:

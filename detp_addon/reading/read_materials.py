@@ -13,7 +13,7 @@ from .read_input_nodes import INPUT_RULES
 from .read_node_graph import Feed, node_tree, output_feed
 from .read_shaders import DEFAULT_ALBEDO, Response, Shaders
 from .read_values import Values
-from .surface_places import PATCHES, Patches, Probe
+from .surface_places import PATCHES, Nowhere, Patches, Probe, WhereaboutsUnknown
 
 RULES = {**INPUT_RULES, **COLOUR_RULES}
 
@@ -137,3 +137,14 @@ def _triangle_means(raw: Response, count: int) -> Response:
     """Means (count, 3) over the patches of each triangle."""
     shape = (count, len(PATCHES), 3)
     return Response(*(np.broadcast_to(a, (count * len(PATCHES), 3)).reshape(shape).mean(axis=1) for a in _arrays(raw)))
+
+
+def even_emission(tree) -> np.ndarray | None:
+    """The emission (3,) of a lamp's or world's node tree, black without a feed, None when it varies with direction."""
+    feed = output_feed(tree)
+    if feed is None:
+        return np.zeros(3)
+    try:
+        return Shaders(Values(Nowhere(), RULES), lambda sentence: None).response(feed).emission[0]
+    except WhereaboutsUnknown:
+        return None

@@ -5,11 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from .findings import Findings
-from .read_materials import RULES
+from .read_materials import even_emission
 from .read_node_graph import node_tree, output_feed
-from .read_shaders import Shaders
-from .read_values import Values
-from .surface_places import Nowhere, WhereaboutsUnknown
 
 
 def world_colour(world, view_layer, findings: Findings) -> np.ndarray | None:
@@ -28,10 +25,4 @@ def world_colour(world, view_layer, findings: Findings) -> np.ndarray | None:
         return np.array(world.color, np.float64)
     if output_feed(tree, "Volume"):
         findings.left_out("the world's volume")
-    feed = output_feed(tree)
-    if feed is None:
-        return np.zeros(3)
-    try:
-        return Shaders(Values(Nowhere(), RULES), lambda sentence: None).response(feed).emission[0]
-    except WhereaboutsUnknown:
-        return None
+    return even_emission(tree)

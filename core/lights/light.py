@@ -1,4 +1,4 @@
-"""What every light source offers to the photon tracer."""
+"""What every light source offers: particles to the photon tracer, and shadow rays to the points."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ import numpy as np
 
 from ..bounds import Bounds
 
-#: How many uniform random numbers a particle's emission may use, for every light.
+#: How many uniform random numbers a particle's emission may use, and a shadow ray's choice, for every light.
 EMISSION_DIMENSIONS = 4
+SHADOW_DIMENSIONS = 2
 
 
 @dataclass(frozen=True)
@@ -39,8 +40,36 @@ class Particles:
         return Particles(*joined, start)
 
 
+@dataclass(frozen=True)
+class ShadowRays:
+    """One ray from each of K points to a place on a light, and what comes back along it if nothing is in between.
+
+    directions  (K, 3) unit, from the point to the light
+    distances   (K,) metres to the light, inf for distant ones
+    radiance    (K, 3) W/(m^2 sr), RGB, that arrives from there; zero where the light does not shine that way
+    density     (K,) with which the direction was chosen, per steradian, > 0 wherever the radiance is not zero
+
+    For a light without extent ``density`` is 1 and ``radiance`` the irradiance, W/m^2, on a surface that faces it. Either
+    way radiance cos t / density, averaged over the choices, is the irradiance where nothing is in between.
+    """
+
+    directions: np.ndarray
+    distances: np.ndarray
+    radiance: np.ndarray
+    density: np.ndarray
+
+
 class Light(Protocol):
-    """A source of photon particles."""
+    """A source of photon particles, at which points can also aim shadow rays.
+
+    Attribute ``sharp``: whether all uniforms give the same ray, so that a single one tells everything.
+    """
+
+    sharp: bool
+
+    def shadow_rays(self, points: np.ndarray, uniforms: np.ndarray) -> ShadowRays:
+        """A ray from each of ``points`` (K, 3) by ``uniforms`` (K, SHADOW_DIMENSIONS) in [0, 1), deterministic."""
+        ...
 
     def flux(self, bounds: Bounds) -> np.ndarray:
         """Radiant flux (3,) in W that the light sends out; distant lights: that enters ``bounds``."""
@@ -52,5 +81,19 @@ class Light(Protocol):
         The mapping is deterministic, so that random and low-discrepancy numbers serve alike. The
         particles' flux adds up to :meth:`flux` in expectation. Distant lights start their particles on the
         surface of ``bounds``.
+        """
+        ...
+
+
+class Surroundings(Light, Protocol):
+    """A light that rays from a point may also meet by chance: the world behind everything, or shining triangles.
+
+    Rays chosen by the light and rays chosen by the cosine are then weighed by both densities (balance heuristic).
+    """
+
+    def met(self, points: np.ndarray, directions: np.ndarray, triangle: np.ndarray, places: np.ndarray):
+        """What rays that met the scene's ``triangle`` (K,) (-1: left the scene) at ``places`` (K, 3) bring to ``points``
+        (K, 3) along unit ``directions`` (K, 3) seen from them: radiance (K, 3) W/(m^2 sr), zero where this light is not
+        what was met, and the density (K,) per steradian with which :meth:`shadow_rays` chooses these directions.
         """
         ...

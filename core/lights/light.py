@@ -49,8 +49,8 @@ class ShadowRays:
     radiance    (K, 3) W/(m^2 sr), RGB, that arrives from there; zero where the light does not shine that way
     density     (K,) with which the direction was chosen, per steradian, > 0 wherever the radiance is not zero
 
-    For a light without extent ``density`` is 1 and ``radiance`` the irradiance, W/m^2, on a surface that faces it. Either
-    way radiance cos t / density, averaged over the choices, is the irradiance where nothing is in between.
+    For a light without extent ``density`` is 1 and ``radiance`` the irradiance, W/m^2, on a surface that faces it.
+    Either way radiance cos t / density, averaged over the choices, is the irradiance where nothing is in between.
     """
 
     directions: np.ndarray
@@ -92,8 +92,10 @@ class Surroundings(Light, Protocol):
     """
 
     def met(self, points: np.ndarray, directions: np.ndarray, triangle: np.ndarray, places: np.ndarray):
-        """What rays that met the scene's ``triangle`` (K,) (-1: left the scene) at ``places`` (K, 3) bring to ``points``
-        (K, 3) along unit ``directions`` (K, 3) seen from them: radiance (K, 3) W/(m^2 sr), zero where this light is not
-        what was met, and the density (K,) per steradian with which :meth:`shadow_rays` chooses these directions.
+        """What ``points`` (K, 3) see of this light along unit ``directions`` (K, 3): radiance and density.
+
+        Their rays met the scene's ``triangle`` (K,) at ``places`` (K, 3), or left the scene where it is -1. Returns the
+        radiance (K, 3) W/(m^2 sr), zero where this light is not what was met, and the density (K,) per steradian with
+        which :meth:`shadow_rays` chooses these directions.
         """
         ...

@@ -69,17 +69,24 @@ class VisibleArea:
 
 @dataclass(frozen=True)
 class VisibleDiscs:
-    """Discs put in front of the surface, and what their centres see of them."""
+    """N discs put in front of the surface, and what their centres see of them.
+
+    discs    where crossings are counted; inside hollows lifted well off the surface
+    area     the outlines of what their centres see
+    origins  (N, 3) metres, where shadow rays start: the same points with the least lift only
+    """
 
     discs: TangentDiscs
     area: VisibleArea
+    origins: np.ndarray
 
     @staticmethod
     def joined(parts: list[VisibleDiscs]) -> VisibleDiscs:
         """All discs of ``parts`` in their order; ``parts`` holds at least one."""
         discs = [[getattr(part.discs, name) for part in parts] for name in ("centres", "normals", "radii")]
         area = [[getattr(part.area, name) for part in parts] for name in ("reach", "areas", "partial", "hidden")]
-        return VisibleDiscs(TangentDiscs(*map(np.concatenate, discs)), VisibleArea(*map(np.concatenate, area)))
+        origins = np.concatenate([part.origins for part in parts])
+        return VisibleDiscs(TangentDiscs(*map(np.concatenate, discs)), VisibleArea(*map(np.concatenate, area)), origins)
 
 
 def visible_discs(caster: RayCaster, discs: TangentDiscs, inward: np.ndarray) -> Iterator[VisibleDiscs]:
@@ -98,18 +105,20 @@ def visible_discs(caster: RayCaster, discs: TangentDiscs, inward: np.ndarray) ->
         normals, radii = discs.normals[rows], discs.radii[rows]
         # From the point itself: a point moved aside in a hollow lies behind the surface before it is lifted.
         headroom = _headroom(caster, discs.centres[rows], normals)
-        lifts, reach = _lifted(caster, based[rows], normals, radii, nudge[rows], headroom)
+        least = np.minimum(nudge[rows], 0.5 * headroom)
+        lifts, reach = _lifted(caster, based[rows], normals, radii, least, headroom)
         whole = np.pi * radii**2
         partial = (reach < radii[:, None]).any(axis=1)
         areas = np.where(partial, _outline_area(reach), whole)
         hidden = areas < SMALLEST_SHARE * whole
         lifted = TangentDiscs(based[rows] + lifts[:, None] * normals, normals, radii)
-        yield VisibleDiscs(lifted, VisibleArea(reach, np.where(hidden, whole, areas), partial, hidden))
+        area = VisibleArea(reach, np.where(hidden, whole, areas), partial, hidden)
+        yield VisibleDiscs(lifted, area, based[rows] + least[:, None] * normals)
 
 
-def _lifted(caster, centres, normals, radii, nudge, headroom) -> tuple[np.ndarray, np.ndarray]:
-    """The lift (N,) of each disc and its outline (N, DIRECTIONS) there; no disc is lifted through a surface."""
-    lifts = np.minimum(nudge, 0.5 * headroom)
+def _lifted(caster, centres, normals, radii, least, headroom) -> tuple[np.ndarray, np.ndarray]:
+    """The lift (N,), ``least`` or more, of each disc and its outline there; no disc is lifted through a surface."""
+    lifts = least.copy()
     reach = _reach(caster, centres + lifts[:, None] * normals, normals, radii)
     areas = _outline_area(reach)
     rows = np.flatnonzero(areas < np.pi * radii**2 / GAIN)

@@ -38,12 +38,15 @@ class TracedPhotons:
 class PhotonTracer:
     """Traces particles through ``scene`` with its ``caster``; distant lights shoot at ``bounds`` (scene and discs).
 
+    ``direct`` tells whether the segments of direct light (bounce 0) are kept, which shadow rays can replace.
+
     Attribute ``emitted_flux`` (3,): the radiant flux in W of all lights together. Raises NoLightError when it is zero.
     """
 
-    def __init__(self, scene: Scene, caster: RayCaster, bounds: Bounds, bounces: int):
+    def __init__(self, scene: Scene, caster: RayCaster, bounds: Bounds, bounces: int, direct: bool = True):
         self._bounds = bounds
         self._bounces = bounces
+        self._direct = direct
         self._albedo = scene.albedo
         # Most scenes let no light pass, and then pay nothing for it.
         self._transmittance = scene.transmittance if scene.transmittance.any() else None
@@ -69,7 +72,7 @@ class PhotonTracer:
                 begins = origins + start[:, None] * directions
                 segments = Segments(begins, segments.ends, flux, bounce).taken(shining)
                 rows, start = rows[shining[rows]], None
-            parts.append(segments)
+            parts.append(segments if self._direct else segments.taken(np.flatnonzero(segments.bounce)))
 
             fate, flux = self._roulette(flux.take(rows, axis=0), hits.triangle.take(rows), generator)
             limit = (fate == REFLECTED) & (bounce.take(rows) >= self._bounces)

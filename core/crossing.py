@@ -14,9 +14,13 @@ def crosses(origins, ends, centres, normals, radii) -> np.ndarray:
 
         |s (w.n) - w (s.n)|^2 <= d^2 (s.n)^2
 
-    so no division is made, t is compared by sign, and a NaN gives False. Arriving from the front means
-    s.n < 0. The centre is subtracted first, in float64, which keeps the test exact far from the origin.
-    Sums are written out, so that every gatherer gets the same bits for the same pair.
+    so no division is made, t is compared by sign, and a NaN or an infinite coordinate gives False. Arriving from
+    the front means s.n < 0. The centre is subtracted first, in float64, which keeps the test exact far from the
+    origin. Sums are written out, so that every gatherer gets the same bits for the same pair.
+
+    The answer is that of exact arithmetic on the same float64 numbers unless, with u = 2^-53 and cos = |s.n|/|s||n|,
+    the segment passes the rim within 32 u (|w| + d)/cos of it, or an end of the segment lies within 8 u (|w| + |s|)
+    of the plane, or cos is less than 8 u.
     """
     return _tested(origins, ends, centres, normals, radii)[0]
 
@@ -42,5 +46,7 @@ def _tested(origins, ends, centres, normals, radii):
     dy = sy * height - wy * facing
     dz = sz * height - wz * facing
     reach = radii * facing
-    hit = (facing < 0) & (height <= 0) & (height >= facing) & (dx * dx + dy * dy + dz * dz <= reach * reach)
+    # A difference and not a comparison: that of two infinities is NaN, which is no crossing.
+    room = reach * reach - (dx * dx + dy * dy + dz * dz)
+    hit = (facing < 0) & (height <= 0) & (height >= facing) & (room >= 0)
     return hit, facing, height

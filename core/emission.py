@@ -13,6 +13,14 @@ from .lights.light import EMISSION_DIMENSIONS, Light, Particles
 from .scene import Scene
 
 
+def lights_of(scene: Scene) -> list[Light]:
+    """The lamps and the world of ``scene``, and all its emissive triangles as one light more."""
+    emissive = np.flatnonzero((scene.emission != 0).any(axis=1))
+    if len(emissive) == 0:
+        return list(scene.lights)
+    return [*scene.lights, EmissiveTriangles(scene.corners[emissive], scene.emission[emissive])]
+
+
 class Emission:
     """The lamps, the world and the emissive triangles of ``scene``; distant ones shoot at ``bounds``.
 
@@ -21,10 +29,7 @@ class Emission:
 
     def __init__(self, scene: Scene, bounds: Bounds):
         self._bounds = bounds
-        lights: list[Light] = list(scene.lights)
-        emissive = np.flatnonzero((scene.emission != 0).any(axis=1))
-        if len(emissive):
-            lights.append(EmissiveTriangles(scene.corners[emissive], scene.emission[emissive]))
+        lights = lights_of(scene)
         fluxes = np.array([light.flux(bounds) for light in lights]).reshape(-1, 3)
         power = np.abs(fluxes).sum(axis=1)
         shining = np.flatnonzero(power > 0)

@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import numpy as np
 
+from .direct_light import DirectLight
 from .discs import TangentDiscs
-from .estimate import Accumulator
+from .estimate import Accumulator, Irradiance
 from .gatherers.choose import make_gatherer
 from .rays import RayCaster
 from .scene import Scene
 from .settings import BakeSettings
 from .tracing import PhotonTracer
+from .visible_area import whole_discs
 
 #: Particles of the pilot trace, and the most points that it looks at.
 PILOT_PHOTONS = 1 << 15
 PILOT_POINTS = 2000
+
+#: Rounds of shadow rays from these points.
+PILOT_ROUNDS = 2
 
 #: The automatic radius stays within these shares of the scene's radius: below, rounding would show; above, blur.
 SMALLEST_SHARE = 1e-5
@@ -27,7 +32,8 @@ def choose_radius(
     """Radius in metres at which the settings' photons give their target error at the median lit point.
 
     A pilot trace measures the relative standard error e0 with n0 particles at radius d0. The flux through a disc
-    grows as d^2 n, hence e = e0 (d0/d) sqrt(n0/n), solved for d. ``centres`` and ``normals`` are (N, 3).
+    grows as d^2 n, hence e = e0 (d0/d) sqrt(n0/n), solved for d. Light that shadow rays will bring counts in the
+    irradiance, but not in the error. ``centres`` and ``normals`` are (N, 3).
     """
     size = scene.bounds.radius
     pilot_radius = LARGEST_SHARE * size
@@ -35,15 +41,28 @@ def choose_radius(
     rows = np.arange(len(centres))
     if len(rows) > PILOT_POINTS:
         rows = np.sort(generator.choice(rows, PILOT_POINTS, replace=False))
-    discs = TangentDiscs.of_radius(centres[rows], normals[rows], pilot_radius)
-    tracer = PhotonTracer(scene, caster, scene.bounds.expanded(pilot_radius), settings.bounces)
+    (placed,) = whole_discs(caster, TangentDiscs.of_radius(centres[rows], normals[rows], pilot_radius))
+    by_photons = settings.direct_by == "photons"
+    bounces = settings.bounces if settings.indirect else 0
+    tracer = PhotonTracer(scene, caster, scene.bounds.expanded(pilot_radius), bounces, by_photons)
     segments = tracer.trace(PILOT_PHOTONS, generator).segments
-    accumulator = Accumulator(discs, segments, PILOT_PHOTONS)
-    gatherer, _ = make_gatherer("auto", discs)
+    accumulator = Accumulator(placed.discs, segments, PILOT_PHOTONS, placed.area)
+    gatherer, _ = make_gatherer("auto", placed.discs)
     for crossings in gatherer.crossings(segments):
         accumulator.add(crossings)
-    error = accumulator.estimate().relative_error
-    if not np.isfinite(error):
+    light = accumulator.estimate().irradiance
+    if settings.direct_by == "shadow-rays":
+        light += _certain_light(DirectLight(scene, caster, placed.origins, placed.discs.normals, settings))
+    error = light.relative_error
+    if not (np.isfinite(error) and error > 0):
         return pilot_radius
     radius = pilot_radius * error / settings.target_error * np.sqrt(PILOT_PHOTONS / settings.photon_count)
     return float(np.clip(radius, SMALLEST_SHARE * size, LARGEST_SHARE * size))
+
+
+def _certain_light(direct: DirectLight) -> Irradiance:
+    """What a few shadow rays find, without its error, which the radius does not change."""
+    for _ in direct.rounds(0, PILOT_ROUNDS):
+        pass
+    value = direct.irradiance.value
+    return Irradiance(value, np.zeros_like(value))

@@ -19,6 +19,9 @@ RAYS_PER_SLICE = 1 << 15
 #: hit its own triangle again, even at grazing angles.
 RELATIVE_TOLERANCE = 2.0**-19
 
+#: Farther than anything in the scaled scene, and finite in float32.
+_FAR = 1e30
+
 
 @dataclass(frozen=True)
 class Hits:
@@ -67,12 +70,24 @@ class RayCaster:
             points[rows] = hit_points
         return Hits(triangle, points)
 
+    def occluded(self, origins: np.ndarray, directions: np.ndarray, distances: np.ndarray) -> np.ndarray:
+        """Whether (R,) anything lies within ``distances`` (R,) metres, inf allowed, along each ray as above."""
+        slices = [slice(start, start + RAYS_PER_SLICE) for start in range(0, len(origins), RAYS_PER_SLICE)]
+        found = ordered_map(lambda rows: self._blocked(origins[rows], directions[rows], distances[rows]), slices)
+        return np.concatenate([np.empty(0, bool), *found])
+
+    def _blocked(self, origins, directions, distances):
+        reach = np.minimum(distances * self._scale, _FAR).astype(np.float32)
+        return self._embree.run(self._local(origins), directions.astype(np.float32), reach, query="OCCLUDED") == 0
+
     def _cast(self, origins, directions):
-        local = ((origins - self._centre) * self._scale).astype(np.float32)
-        result = self._embree.run(local, directions.astype(np.float32), output=1)
+        result = self._embree.run(self._local(origins), directions.astype(np.float32), output=1)
         triangle = result["primID"].astype(np.int64)
         u = result["u"].astype(np.float64)[:, None]
         v = result["v"].astype(np.float64)[:, None]
         corners = self._corners[triangle]
         first = corners[:, 0]
         return triangle, first + u * (corners[:, 1] - first) + v * (corners[:, 2] - first)
+
+    def _local(self, origins):
+        return ((origins - self._centre) * self._scale).astype(np.float32)

@@ -34,6 +34,16 @@ class Segments:
         """The segments of the given rows (index array, slice or mask)."""
         return Segments(self.origins[rows], self.ends[rows], self.flux[rows], self.bounce[rows])
 
+    @property
+    def direct(self) -> Segments:
+        """Those straight from a light."""
+        return self.taken(np.flatnonzero(self.bounce == 0))
+
+    @property
+    def indirect(self) -> Segments:
+        """Those after at least one reflection or refraction."""
+        return self.taken(np.flatnonzero(self.bounce)) if (self.bounce == 0).any() else self
+
     @staticmethod
     def joined(parts: list[Segments]) -> Segments:
         """All segments of ``parts`` in their order; ``parts`` holds at least one."""

@@ -89,12 +89,13 @@ class VisibleDiscs:
         return VisibleDiscs(TangentDiscs(*map(np.concatenate, discs)), VisibleArea(*map(np.concatenate, area)), origins)
 
 
-def visible_discs(caster: RayCaster, discs: TangentDiscs, inward: np.ndarray) -> Iterator[VisibleDiscs]:
+def visible_discs(caster: RayCaster, discs: TangentDiscs, inward: np.ndarray | None = None) -> Iterator[VisibleDiscs]:
     """Put ``discs`` (N) in front of the surface and measure their outlines, some at a time.
 
     ``inward`` (N, 3) metres leads from each point into its own faces, at most half of which it is moved along; zero
-    where it need not be.
+    where it need not be, None if nowhere.
     """
+    inward = np.zeros_like(discs.centres) if inward is None else inward
     nudge = np.maximum(NUDGE * discs.radii, 8 * caster.tolerance)
     # Along the tangent plane only: from a rounded convex corner the middle of its faces lies inside the solid.
     inward = inward - np.einsum("ij,ij->i", inward, discs.normals)[:, None] * discs.normals
@@ -114,6 +115,13 @@ def visible_discs(caster: RayCaster, discs: TangentDiscs, inward: np.ndarray) ->
         lifted = TangentDiscs(based[rows] + lifts[:, None] * normals, normals, radii)
         area = VisibleArea(reach, np.where(hidden, whole, areas), partial, hidden)
         yield VisibleDiscs(lifted, area, based[rows] + least[:, None] * normals)
+
+
+def whole_discs(caster: RayCaster, discs: TangentDiscs) -> Iterator[VisibleDiscs]:
+    """The ``discs`` (N) as they are, seen as a whole: the plain estimator. Shadow rays start just off their centres."""
+    everywhere = np.zeros(len(discs), bool)
+    area = VisibleArea(np.empty((len(discs), 0)), discs.areas, everywhere, everywhere)
+    yield VisibleDiscs(discs, area, discs.centres + 8 * caster.tolerance * discs.normals)
 
 
 def _lifted(caster, centres, normals, radii, least, headroom) -> tuple[np.ndarray, np.ndarray]:

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from ..core.errors import DetpError, InvalidSettingError
-from ..core.settings import ESTIMATORS, GATHERERS, QUALITIES, BakeSettings
+from ..core.settings import DIRECT_LIGHT, ESTIMATORS, GATHERERS, QUALITIES, BakeSettings
 from .blender_output import blender_silenced
 
 DONE, FAILED, USAGE, CANCELLED = 0, 1, 2, 130
@@ -100,14 +100,31 @@ def _add_bake(commands) -> None:
         help="corner: every face its own light; point: one colour per vertex (default: corner)",
     )  # fmt: skip
     bake.add_argument(
-        "--quantity", choices=("lighting", "irradiance", "shaded"), default="lighting",
-        help="lighting: E/pi, white = 1; irradiance: E in W/m2; shaded: albedo E/pi + emission (default: lighting)",
+        "--quantity", choices=("lighting", "irradiance", "shaded", "ambient-occlusion"), default="lighting",
+        help="lighting: E/pi, white = 1; irradiance: E in W/m2; shaded: albedo E/pi + emission; "
+        "ambient-occlusion: open share of the hemisphere (default: lighting)",
+    )  # fmt: skip
+    bake.add_argument(
+        "--split", action="store_true",
+        help="write direct and indirect light also apart, as <attribute>_direct and <attribute>_indirect",
+    )  # fmt: skip
+    bake.add_argument(
+        "--ao-distance", type=float, metavar="METRES",
+        help="ambient occlusion: how near a surface must be to occlude (default: a fifth of the scene's radius)",
     )  # fmt: skip
     bake.add_argument("--quality", choices=tuple(QUALITIES), default=defaults.quality, help="(default: %(default)s)")
     bake.add_argument("--photons", type=int, metavar="N", help="particles to emit (default: from the quality)")
     bake.add_argument("--radius", type=float, metavar="METRES", help="of the tangent discs (default: automatic)")
     bake.add_argument(
         "--bounces", type=int, default=defaults.bounces, metavar="N", help="at most (default: %(default)s)"
+    )
+    bake.add_argument(
+        "--direct",
+        choices=DIRECT_LIGHT,
+        help="how light straight from the lights is found (default: shadow-rays; photons with the plain estimator)",
+    )
+    bake.add_argument(
+        "--indirect", choices=("on", "off"), default="on", help="follow light over reflections (default: on)"
     )
     bake.add_argument("--seed", type=int, default=defaults.seed, metavar="N", help="of the random numbers (default: 0)")
     bake.add_argument("--gatherer", choices=GATHERERS, default=defaults.gatherer, help="(default: %(default)s)")
@@ -134,6 +151,9 @@ def _bake(arguments: argparse.Namespace) -> int:
         seed=arguments.seed,
         gatherer=arguments.gatherer,
         estimator=arguments.estimator,
+        direct=arguments.direct,
+        indirect=arguments.indirect == "on",
+        shadow_distance=arguments.ao_distance,
     )
     scenes = [Path(scene) for scene in arguments.scenes]
     outputs = plan_outputs(scenes, arguments.output)
@@ -150,6 +170,7 @@ def _bake(arguments: argparse.Namespace) -> int:
         attribute=arguments.attribute,
         domain=arguments.domain.upper(),
         quantity=arguments.quantity,
+        split=arguments.split,
     )
     jobs = tuple(SceneJob(*paths) for paths in zip(scenes, outputs, previews, strict=True))
     return FAILED if bake_batch(Batch(jobs, request, report, arguments.quiet)) else DONE

@@ -11,6 +11,7 @@ QUANTITIES = {
     "lighting": "E/pi: the light on a white surface, as Cycles' diffuse bake without colour",
     "irradiance": "E in W/m2",
     "shaded": "albedo E/pi + emission: the colour the surface shows",
+    "ambient-occlusion": "share of the hemisphere that is open, weighed by the cosine; no lights are needed",
 }
 
 
@@ -50,7 +51,7 @@ def quantity_values(quantity: str, irradiance: np.ndarray, albedo: np.ndarray, e
     """The baked quantity (M, 3), one of QUANTITIES, from E in W/m^2, albedo and emitted radiance in W/(m^2 sr)."""
     if quantity == "irradiance":
         return irradiance
-    if quantity == "lighting":
+    if quantity in ("lighting", "ambient-occlusion"):
         return irradiance / np.pi
     return albedo * irradiance / np.pi + emission
 

@@ -12,8 +12,9 @@ from dataclasses import dataclass, field, replace
 import bpy
 import numpy as np
 
+from ..core.ambient_occlusion import ambient_occlusion
 from ..core.bake import BakeResult, bake
-from ..core.errors import InvalidSettingError, UnwritableFileError
+from ..core.errors import DetpError, InvalidSettingError, UnwritableFileError
 from ..core.settings import BakeSettings
 from .chosen_objects import chosen_objects
 from .element_values import QUANTITIES, quantity_values, spread
@@ -36,6 +37,7 @@ class BakeRequest:
     attribute  name of the colour attribute
     domain     one of DOMAINS
     quantity   one of element_values.QUANTITIES
+    split      direct and indirect light also in attributes of their own, <attribute>_direct and <attribute>_indirect
     activate   make the attribute the one that viewport and render show
 
     Raises InvalidSettingError on anything else.
@@ -46,16 +48,26 @@ class BakeRequest:
     attribute: str = "irradiance"
     domain: str = "CORNER"
     quantity: str = "lighting"
+    split: bool = False
     activate: bool = True
 
     def __post_init__(self):
-        check_attribute_name(self.attribute)
+        for name in self.attributes:
+            check_attribute_name(name)
         if isinstance(self.targets, str) and self.targets not in ("visible", "selected"):
             raise InvalidSettingError(f"Unknown choice '{self.targets}': bake what is visible, selected or named.")
         if self.domain not in DOMAINS:
             raise InvalidSettingError(f"Unknown domain '{self.domain}': choose {', '.join(DOMAINS)}.")
         if self.quantity not in QUANTITIES:
             raise InvalidSettingError(f"Unknown quantity '{self.quantity}': choose {', '.join(QUANTITIES)}.")
+        if self.split and self.quantity == "ambient-occlusion":
+            raise InvalidSettingError("Ambient occlusion has no direct and indirect part: leave the split away.")
+
+    @property
+    def attributes(self) -> tuple[str, ...]:
+        """The names of all attributes that are written."""
+        parts = ("direct", "indirect") if self.split else ()
+        return (self.attribute, *(f"{self.attribute}_{part}" for part in parts))
 
 
 @dataclass(frozen=True)
@@ -89,8 +101,8 @@ def bake_scene(
     yield JobProgress("Writing the colours", 1.0)
     writing = time.perf_counter()
     targets = [_without_hidden(target, result.hidden) for target in targets]
-    colours, gone = _colours(targets, result.estimate.irradiance, request)
-    notes = write_colours(colours, request.attribute, request.domain, request.activate)
+    colours, gone = _colours(targets, result, request)
+    notes = write_colours(colours, request.domain, request.attribute if request.activate else None)
     end = time.perf_counter()
     return BakeReport(
         scene=scene_name,
@@ -106,12 +118,13 @@ def bake_scene(
         gatherer_reason=result.reason,
         seconds={
             "export": exported - start,
+            "shadow": result.seconds["shadow"],
             "trace": result.seconds["radius"] + result.seconds["trace"],
             "gather": result.seconds["place"] + result.seconds["gather"],
             "write": end - writing,
             "total": end - start,
         },
-        relative_error=result.estimate.relative_error,
+        relative_error=result.relative_error,
         modelled=tuple(export.modelled),
         left_out=tuple(export.left_out),
         warnings=(*export.warnings, *refusals, *gone, *notes, *_doubts(result)),
@@ -122,7 +135,7 @@ def _writable(targets: tuple[BakeTarget, ...], request: BakeRequest) -> tuple[li
     """The targets that can be written, and sentences on those that cannot; raises their error when none can."""
     writable, refusals = [], {}
     for target in targets:
-        refusal = obstacle(_object(target), request.attribute, request.domain)
+        refusal = _obstacle(_object(target), request)
         if refusal is not None:
             refusals.setdefault(type(refusal), []).append(str(refusal))
         else:
@@ -131,6 +144,11 @@ def _writable(targets: tuple[BakeTarget, ...], request: BakeRequest) -> tuple[li
     if refusals and not writable:
         raise next(iter(refusals))(" ".join(sentences))
     return writable, sentences
+
+
+def _obstacle(obj: bpy.types.Object, request: BakeRequest) -> DetpError | None:
+    """Why one of the attributes cannot be written, or None when all can."""
+    return next(filter(None, (obstacle(obj, name, request.domain) for name in request.attributes)), None)
 
 
 def _first(sentences: list[str], shown: int = 3) -> list[str]:
@@ -152,7 +170,10 @@ def _points_of(targets: list[BakeTarget], count: int) -> tuple[list[BakeTarget],
 
 def _baked(export: ExportedScene, rows: np.ndarray, request: BakeRequest) -> Generator[JobProgress, None, BakeResult]:
     start = time.perf_counter()
-    steps = bake(export.scene, export.centres[rows], export.normals[rows], request.settings, export.inward[rows])
+    scene, settings = export.scene, request.settings
+    if request.quantity == "ambient-occlusion":
+        scene, settings = ambient_occlusion(scene, settings)
+    steps = bake(scene, export.centres[rows], export.normals[rows], settings, export.inward[rows])
     while True:
         try:
             step = next(steps)
@@ -170,21 +191,28 @@ def _without_hidden(target: BakeTarget, hidden: np.ndarray) -> BakeTarget:
 
 
 def _colours(
-    targets: list[BakeTarget], irradiance: np.ndarray, request: BakeRequest
+    targets: list[BakeTarget], result: BakeResult, request: BakeRequest
 ) -> tuple[list[MeshColours], list[str]]:
     """The colours of each target's elements, and a warning for each target that changed during the bake."""
     colours, gone = [], []
+    parts = (result.irradiance, result.direct.value, result.indirect.value)
     for target in targets:
         obj = _object(target)
         if obj is None or obj.type != "MESH" or element_count(obj.data, request.domain) != len(target.point_rows):
             gone.append(f"'{target.object_name}' was changed during the bake, so its colours were not written.")
             continue
-        refusal = obstacle(obj, request.attribute, request.domain)
+        refusal = _obstacle(obj, request)
         if refusal is not None:
             gone.append(str(refusal))
             continue
-        values = spread(irradiance, target.point_rows, faces_of(obj.data, request.domain))
-        colours.append(MeshColours(obj, quantity_values(request.quantity, values, target.albedo, target.emission)))
+        faces = faces_of(obj.data, request.domain)
+        layers = {}
+        for name, irradiance in zip(request.attributes, parts, strict=False):
+            # What a surface emits is part of its direct light, and of the whole.
+            emission = np.zeros_like(target.emission) if irradiance is parts[2] else target.emission
+            values = spread(irradiance, target.point_rows, faces)
+            layers[name] = quantity_values(request.quantity, values, target.albedo, emission)
+        colours.append(MeshColours(obj, layers))
     if not colours:
         raise UnwritableFileError("Every object was changed during the bake, so no colours were written: bake again.")
     return colours, gone
@@ -198,7 +226,7 @@ def _object(target: BakeTarget) -> bpy.types.Object | None:
 def _doubts(result: BakeResult) -> list[str]:
     """What in the result itself the user should know."""
     doubts = []
-    if not result.estimate.total.any():
+    if not result.irradiance.any():
         doubts.append(
             f"None of {counted(result.photons, 'photon')} met a baked surface from its front: look for lights inside "
             f"solid geometry or normals that point away from the light, or use more photons or a larger radius."

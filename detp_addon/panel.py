@@ -61,8 +61,16 @@ class DETP_PT_advanced(_Tab, bpy.types.Panel):
         settings = context.scene.detp
         column = _settings_column(self.layout)
         column.prop(settings, "quantity")
+        if settings.quantity == "AMBIENT_OCCLUSION":
+            column.prop(settings, "occlusion_distance")
+        else:
+            column.prop(settings, "split")
         column.prop(settings, "domain")
         column.prop(settings, "activate")
+        column.separator()
+        column.prop(settings, "direct")
+        column.prop(settings, "indirect")
+        column.prop(settings, "estimator")
         column.separator()
         _automatic(column, settings, "auto_photons", "photons", "Photons")
         column.prop(settings, "bounces")

@@ -13,7 +13,7 @@ PHOTONS_TIP = "How many photons the lights send out; four times as many halve th
 
 
 def _quality(identifier: str, name: str, use: str) -> tuple[str, str, str]:
-    photons, error = QUALITIES[identifier.lower()]
+    photons, error, _ = QUALITIES[identifier.lower()]
     return identifier, name, f"{use}: {photons / 1e6:.2g} million photons, aiming at an error of {error:.0%}"
 
 
@@ -101,8 +101,53 @@ class BakeOptions:
             ("LIGHTING", "Lighting", "Light on a white surface (E/π), to multiply with textures"),
             ("IRRADIANCE", "Irradiance", "Physical irradiance E in W/m²"),
             ("SHADED", "Shaded", "Light times surface colour, plus emission: the colour that the surface shows"),
+            ("AMBIENT_OCCLUSION", "Ambient Occlusion", "How open the surroundings are; the lights do not matter"),
         ],
         default="LIGHTING",
+        options={"SKIP_SAVE"},
+    )
+    split: BoolProperty(
+        name="Direct and Indirect Apart",
+        description="Write direct and indirect light also into attributes of their own, with _direct and _indirect "
+        "after the name",
+        default=False,
+        options={"SKIP_SAVE"},
+    )
+    occlusion_distance: FloatProperty(
+        name="Distance",
+        description="Surfaces farther away do not occlude. 0 takes a fifth of the scene's radius",
+        unit="LENGTH",
+        min=0.0,
+        soft_max=10.0,
+        default=0.0,
+        options={"SKIP_SAVE"},
+    )
+    direct: EnumProperty(
+        name="Direct Light",
+        description="How light that comes straight from the lights is found",
+        items=[
+            ("AUTO", "Automatic", "Shadow rays; with the plain estimator photons, as in the study"),
+            ("SHADOW_RAYS", "Shadow Rays", "Rays from each point to the lights: sharp shadows, little noise"),
+            ("PHOTONS", "Photons", "The same photons as for the indirect light: blurred over the discs"),
+            ("NONE", "None", "Leave direct light out"),
+        ],
+        default="AUTO",
+        options={"SKIP_SAVE"},
+    )
+    indirect: BoolProperty(
+        name="Indirect Light",
+        description="Follow light over reflections and refractions",
+        default=True,
+        options={"SKIP_SAVE"},
+    )
+    estimator: EnumProperty(
+        name="Estimator",
+        description="Which part of each disc counts",
+        items=[
+            ("VISIBLE", "Visible", "The part that its point sees: right in corners, no light through thin walls"),
+            ("PLAIN", "Plain", "The whole disc, as in the study of 2006: dark in concave corners"),
+        ],
+        default="VISIBLE",
         options={"SKIP_SAVE"},
     )
     photons: IntProperty(
@@ -192,16 +237,26 @@ def bake_request(options: dict) -> BakeRequest:
         radius=options["radius"] or None,
         bounces=options["bounces"],
         seed=options["seed"],
-        gatherer=options["gatherer"].lower().replace("_", "-"),
+        gatherer=_core_name(options["gatherer"]),
+        estimator=_core_name(options["estimator"]),
+        direct=None if options["direct"] == "AUTO" else _core_name(options["direct"]),
+        indirect=options["indirect"],
+        shadow_distance=options["occlusion_distance"] or None,
     )
     return BakeRequest(
         settings=settings,
         targets=options["targets"].lower(),
         attribute=options["attribute"],
         domain=options["domain"],
-        quantity=options["quantity"].lower(),
+        quantity=_core_name(options["quantity"]),
+        split=options["split"],
         activate=options["activate"],
     )
+
+
+def _core_name(identifier: str) -> str:
+    """The core's word for an identifier of Blender's: ``DISC_INDEX`` is ``disc-index``."""
+    return identifier.lower().replace("_", "-")
 
 
 def register_properties() -> None:

@@ -7,7 +7,7 @@ import math
 from dataclasses import asdict, dataclass, field
 
 #: words for the phases' seconds, in the order of the report
-STAGES = ("export", "trace", "gather", "write")
+STAGES = ("export", "shadow", "trace", "gather", "write")
 
 
 @dataclass(frozen=True)

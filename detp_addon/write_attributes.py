@@ -17,10 +17,10 @@ LONGEST_NAME = 63
 
 @dataclass(frozen=True)
 class MeshColours:
-    """What to write on one mesh object: ``rgb`` (M, 3), one row per element of the domain."""
+    """What to write on one mesh object: for each attribute's name its rgb (M, 3), one row per element of the domain."""
 
     object: bpy.types.Object
-    rgb: np.ndarray
+    layers: dict[str, np.ndarray]
 
 
 def check_attribute_name(name: str) -> None:
@@ -73,11 +73,11 @@ def faces_of(mesh: bpy.types.Mesh, domain: str) -> Faces:
     return Faces(np.repeat(np.arange(len(sizes)), sizes), corners)
 
 
-def write_colours(colours: list[MeshColours], attribute: str, domain: str, activate: bool = True) -> list[str]:
-    """Write every entry's ``rgb`` to its object's ``attribute`` and return notes for the user.
+def write_colours(colours: list[MeshColours], domain: str, shown: str | None = None) -> list[str]:
+    """Write every entry's colours to its object's attributes and return notes for the user.
 
-    The attribute is made when missing; an existing one of the same type and domain is overwritten but keeps its
-    alpha. With ``activate`` it becomes the colour that the viewport and render show; other layers stay as they are.
+    An attribute is made when missing; an existing one of the same type and domain is overwritten but keeps its
+    alpha. The attribute ``shown`` becomes the colour that the viewport and render show; other layers stay as they are.
     An object whose mesh has other users gets a copy of its own, so that each holds its own light; the mesh stays
     with the first of them when all are written. Objects with an :func:`obstacle` must not be passed.
 
@@ -86,7 +86,10 @@ def write_colours(colours: list[MeshColours], attribute: str, domain: str, activ
     with ExitStack() as undo:
         copied = _separate_meshes([entry.object for entry in colours], undo)
         for entry in colours:
-            _write(entry.object, np.asarray(entry.rgb, np.float32), attribute, domain, activate, undo)
+            for name, rgb in entry.layers.items():
+                _write(entry.object, name, np.asarray(rgb, np.float32), domain, undo)
+            if shown is not None:
+                _show(entry.object.data, shown, shown)
         undo.pop_all()
     if not copied:
         return []
@@ -125,9 +128,7 @@ def _put_back(obj: bpy.types.Object, mesh: bpy.types.Mesh, copy: bpy.types.Mesh)
     bpy.data.meshes.remove(copy)
 
 
-def _write(
-    obj: bpy.types.Object, rgb: np.ndarray, attribute: str, domain: str, activate: bool, undo: ExitStack
-) -> None:
+def _write(obj: bpy.types.Object, attribute: str, rgb: np.ndarray, domain: str, undo: ExitStack) -> None:
     mesh = obj.data
     layers = mesh.attributes
     shown = (layers.active_color_name, layers.default_color_name)
@@ -148,7 +149,7 @@ def _write(
         undo.callback(_fill, mesh, attribute, rgba.copy())
     rgba[:, :3] = rgb
     _fill(mesh, attribute, rgba)
-    _show(mesh, *((attribute, attribute) if activate else shown))
+    _show(mesh, *shown)
 
 
 def _fill(mesh: bpy.types.Mesh, name: str, rgba: np.ndarray) -> None:

@@ -43,7 +43,7 @@ def main() -> int:
         first, second = reference[target.object_name]
         rows = target.point_rows
         kept = rows >= 0
-        ours.append(result.estimate.irradiance[rows[kept]].sum(axis=1) / np.pi)
+        ours.append(result.irradiance[rows[kept]].sum(axis=1) / np.pi)
         theirs.append((first + second)[kept].sum(axis=1) / 2)
         noise.append(np.abs(first - second)[kept].sum(axis=1) / 2)
         valid.append(clear[rows[kept]])
@@ -51,7 +51,7 @@ def main() -> int:
     ours, theirs, noise, valid = (np.concatenate(parts) for parts in (ours, theirs, noise, valid))
     report = {
         "scene": arguments.scene, "radius": result.radius, "photons": result.photons, "segments": result.segments,
-        "seconds": result.seconds, "relative_error": result.estimate.relative_error,
+        "seconds": result.seconds, "relative_error": result.relative_error,
         "all": figures(ours, theirs, noise, np.full(len(ours), True)),
         "away_from_edges": figures(ours, theirs, noise, valid),
         "objects_away_from_edges": objects,

@@ -54,6 +54,10 @@ def finished(steps):
 
 
 def z_scores(estimate, expected):
-    """How many standard errors each point is off, (N,), of the RGB sum; channels count as fully correlated."""
+    """How many standard errors each point is off, (N,), of the RGB sum; channels count as fully correlated.
+
+    Light from shadow rays may have no error but rounding, for which a millionth is allowed.
+    """
     difference = (estimate.irradiance - expected).sum(axis=1)
-    return difference / estimate.standard_error.sum(axis=1)
+    rounding = 1e-6 * np.broadcast_to(expected, estimate.irradiance.shape).sum(axis=1)
+    return difference / np.hypot(estimate.standard_error.sum(axis=1), rounding)

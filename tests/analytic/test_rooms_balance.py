@@ -14,6 +14,9 @@ from scipy import stats
 
 PHOTONS = 400_000
 
+#: Both ways to find direct light must give the same answers.
+both_ways = pytest.mark.parametrize("direct", ["photons", "shadow-rays"])
+
 
 def baked(scene, points, normals, radius, **settings):
     return finished(bake(scene, points, normals, BakeSettings(photons=PHOTONS, radius=radius, **settings)))
@@ -31,38 +34,41 @@ def assert_unbiased(estimate, expected, batches=20):
     assert stats.ttest_1samp(groups, 0).pvalue > 0.001, f"mean z {z.mean():.3f}"
 
 
+@both_ways
 @pytest.mark.parametrize("albedo", [0.0, 0.5, 0.8])
-def test_furnace_reads_one_in_the_middle_of_flat_faces(albedo):
+def test_furnace_reads_one_in_the_middle_of_flat_faces(albedo, direct):
     quads = box_quads((2, 2, 2))
     scene = scene_of(quads, albedo, (1 - albedo) / np.pi)
     points, normals = face_points(quads)
-    result = baked(scene, points, normals, 0.1)
-    assert_unbiased(result.estimate, 1.0)
+    result = baked(scene, points, normals, 0.1, direct=direct)
+    assert_unbiased(result, 1.0)
 
 
-def test_furnace_with_a_bounce_limit_is_a_geometric_sum():
+@both_ways
+def test_furnace_with_a_bounce_limit_is_a_geometric_sum(direct):
     albedo, bounces = 0.7, 3
     quads = box_quads((2, 2, 2))
     scene = scene_of(quads, albedo, 1 / np.pi)
     points, normals = face_points(quads)
-    result = baked(scene, points, normals, 0.1, bounces=bounces)
-    assert_unbiased(result.estimate, (1 - albedo ** (bounces + 1)) / (1 - albedo))
+    result = baked(scene, points, normals, 0.1, bounces=bounces, direct=direct)
+    assert_unbiased(result, (1 - albedo ** (bounces + 1)) / (1 - albedo))
     expected_cut = 24 * albedo ** (bounces + 1)
     assert result.cut_flux == pytest.approx(expected_cut, rel=4 / np.sqrt(PHOTONS * albedo**4))
     assert result.emitted_flux == pytest.approx(2 * 24)
 
 
+@both_ways
 @pytest.mark.parametrize("size", [(1, 1, 1), (4, 3, 2)])
-def test_energy_balance_of_a_closed_room_with_a_lamp(size):
+def test_energy_balance_of_a_closed_room_with_a_lamp(size, direct):
     albedo, flux = 0.6, np.array((10.0, 20.0, 5.0))
     quads = box_quads(size)
     scene = scene_of(quads, albedo, lights=(PointLight((0.3, 0.4, 0.6), flux),))
     area = 2 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0])
     points, normals = stratified(quads, 24)
     # No disc touches a wall: each lies within its own cell.
-    result = baked(scene, points, normals, 0.02)
+    result = baked(scene, points, normals, 0.02, direct=direct)
     weights = np.repeat([np.linalg.norm(np.cross(q[1] - q[0], q[3] - q[0])) for q in quads], 24**2)
-    mean = np.average(result.estimate.irradiance, axis=0, weights=weights)
+    mean = np.average(result.irradiance, axis=0, weights=weights)
     # The discs see most of the walls, so the mean's own noise is about 1/sqrt(particles), 0.2 %.
     assert mean == pytest.approx(flux / (area * (1 - albedo)), rel=0.01)
     assert result.emitted_flux == pytest.approx(flux)
@@ -80,7 +86,8 @@ def stratified(quads, count):
     return points.reshape(-1, 3), np.repeat(normals, count**2, axis=0)
 
 
-def test_two_parallel_plates():
+@both_ways
+def test_two_parallel_plates(direct):
     rho1, rho2, exitance = 0.5, 0.8, 3.0
     wide = 100.0
     lower = np.array([(0, 0, 0), (wide, 0, 0), (wide, wide, 0), (0, wide, 0)], float)
@@ -92,30 +99,32 @@ def test_two_parallel_plates():
     points = np.repeat(generator.uniform(40, 60, (400, 2)), 2, axis=0)
     points = np.c_[points, np.tile([0.0, 1.0], 400)]
     normals = np.tile([(0, 0, 1.0), (0, 0, -1.0)], (400, 1))
-    result = baked(scene, points, normals, 0.5)
+    result = baked(scene, points, normals, 0.5, direct=direct)
     on_upper = exitance / (1 - rho1 * rho2)
-    assert_unbiased(result.estimate, np.tile([rho2 * on_upper, on_upper], 400)[:, None])
+    assert_unbiased(result, np.tile([rho2 * on_upper, on_upper], 400)[:, None])
 
 
-def test_sun_on_a_tilted_plane_including_its_edges():
+@both_ways
+def test_sun_on_a_tilted_plane_including_its_edges(direct):
     quad = np.array([(0, 0, 0), (1, 0, 0.5), (1, 1, 0.5), (0, 1, 0)], float)
     normal = np.array((-0.5, 0, 1)) / np.hypot(0.5, 1)
     direction = np.array((0.3, 0.2, -1.0)) / np.linalg.norm((0.3, 0.2, -1.0))
     scene = scene_of([quad], lights=(SunLight(direction, (2.0, 1.0, 0.5), 0.0),))
     points = np.concatenate([quad, quad[:1] * 0 + (0.5, 0.5, 0.25)])
-    result = baked(scene, points, np.tile(normal, (5, 1)), 0.1)
+    result = baked(scene, points, np.tile(normal, (5, 1)), 0.1, direct=direct)
     expected = -direction @ normal * np.array((2.0, 1.0, 0.5))
-    assert np.abs(z_scores(result.estimate, expected)).max() < 4
+    assert np.abs(z_scores(result, expected)).max() < 4
 
 
-def test_open_plane_under_a_uniform_world():
+@both_ways
+def test_open_plane_under_a_uniform_world(direct):
     quad = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
     scene = scene_of([quad], lights=(UniformWorld((0.5, 1.0, 2.0)),))
     points, _ = face_points([quad])
     both_sides = np.concatenate([points, points])
     normals = np.repeat([(0, 0, 1.0), (0, 0, -1.0)], len(points), axis=0)
-    result = baked(scene, both_sides, normals, 0.08)
-    assert_unbiased(result.estimate, np.pi * np.array((0.5, 1.0, 2.0)))
+    result = baked(scene, both_sides, normals, 0.08, direct=direct)
+    assert_unbiased(result, np.pi * np.array((0.5, 1.0, 2.0)))
 
 
 def test_uniform_sky_beside_a_long_wall():
@@ -125,23 +134,26 @@ def test_uniform_sky_beside_a_long_wall():
     scene = scene_of([ground, wall], lights=(UniformWorld((1.0, 1.0, 1.0)),))
     radius = 0.2
     points = np.array([(distance, y, 0) for y in np.linspace(-1, 1, 9)])
-    result = finished(bake(scene, points, np.tile((0, 0, 1.0), (9, 1)), BakeSettings(photons=4_000_000, radius=radius)))
+    settings = BakeSettings(photons=4_000_000, radius=radius, direct="photons")
+    result = finished(bake(scene, points, np.tile((0, 0, 1.0), (9, 1)), settings))
     # The disc's mean of the formula, by a fine sum over its chords.
     x = distance + radius * np.linspace(-1, 1, 2001)
     chord = np.sqrt(np.maximum(radius**2 - (x - distance) ** 2, 0))
     expected = np.average(np.pi / 2 * (1 + x / np.hypot(x, height)), weights=chord)
-    assert np.abs(z_scores(result.estimate, expected)).max() < 4
+    assert np.abs(z_scores(result, expected)).max() < 4
 
 
-def test_colour_bleeds_by_the_product_of_albedo_and_light():
+@both_ways
+def test_colour_bleeds_by_the_product_of_albedo_and_light(direct):
     quads = box_quads((1, 1, 1))
     scene = scene_of(quads, (0.9, 0.5, 0.0), (1.0, 0.5, 0.25))
     points, normals = face_points(quads)
-    result = baked(scene, points, normals, 0.06)
-    assert_unbiased(result.estimate, np.pi * np.array((1.0, 0.5, 0.25)) / (1 - np.array((0.9, 0.5, 0.0))))
+    result = baked(scene, points, normals, 0.06, direct=direct)
+    assert_unbiased(result, np.pi * np.array((1.0, 0.5, 0.25)) / (1 - np.array((0.9, 0.5, 0.0))))
 
 
-def test_a_clear_pane_changes_nothing_and_a_tinted_one_tints():
+@both_ways
+def test_a_clear_pane_changes_nothing_and_a_tinted_one_tints(direct):
     floor = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
     pane = np.array([(-9, -9, 0.2), (9, -9, 0.2), (9, 9, 0.2), (-9, 9, 0.2)], float)
     tint = np.array((1.0, 0.5, 0.0))
@@ -149,19 +161,19 @@ def test_a_clear_pane_changes_nothing_and_a_tinted_one_tints():
     scene = scene_of([floor, pane], transmittance=rows, lights=(SunLight((0, 0, -1.0), (1.0, 1.0, 1.0), 0.0),))
     points, normals = face_points([floor])
     # The sun aims at the whole pane, so few photons reach the floor's discs: take them large.
-    result = baked(scene, points[12:13], normals[12:13], 0.4)
-    assert np.abs(z_scores(result.estimate, tint)).max() < 4
-    assert result.estimate.irradiance[0, 2] == 0
+    result = baked(scene, points[12:13], normals[12:13], 0.4, direct=direct)
+    assert np.abs(z_scores(result, tint)).max() < 4
+    assert result.irradiance[0, 2] == 0
 
 
 def test_light_of_negative_power_takes_light_away():
     floor = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], float)
     lamps = (PointLight((0, 0, 1.0), (40.0, 40.0, 40.0)), PointLight((0, 0, 1.0), (-15.0, -15.0, -15.0)))
     radius = 0.2
-    result = baked(scene_of([floor], lights=lamps), np.zeros((1, 3)), np.array([(0, 0, 1.0)]), radius)
+    result = baked(scene_of([floor], lights=lamps), np.zeros((1, 3)), np.array([(0, 0, 1.0)]), radius, direct="photons")
     intensity = 25 / (4 * np.pi)
     expected = 2 * intensity * (1 - 1 / np.hypot(1, radius)) / radius**2
-    assert np.abs(z_scores(result.estimate, expected)).max() < 4
+    assert np.abs(z_scores(result, expected)).max() < 4
 
 
 def test_a_seed_gives_the_same_light_again_and_another_seed_another():
@@ -169,7 +181,7 @@ def test_a_seed_gives_the_same_light_again_and_another_seed_another():
     scene = scene_of(quads, 0.5, 1.0)
     points, normals = face_points(quads, 2)
     first, again, other = (
-        finished(bake(scene, points, normals, BakeSettings(photons=5000, radius=0.1, seed=seed))).estimate.irradiance
+        finished(bake(scene, points, normals, BakeSettings(photons=5000, radius=0.1, seed=seed))).irradiance
         for seed in (1, 1, 2)
     )
     assert np.array_equal(first, again)
@@ -185,5 +197,5 @@ def test_the_number_of_threads_changes_nothing(monkeypatch, gatherer):
     totals = []
     for workers in (1, 2, 5):
         monkeypatch.setattr(parallel, "worker_count", lambda workers=workers: workers)
-        totals.append(finished(bake(scene, points, normals, settings)).estimate.total)
+        totals.append(finished(bake(scene, points, normals, settings)).irradiance)
     assert np.array_equal(totals[0], totals[1]) and np.array_equal(totals[0], totals[2])

@@ -23,7 +23,7 @@ def cube(name, rgb=None, location=(0, 0, 0), size=2.0):
     obj = bpy.context.object
     obj.name = name
     if rgb is not None:
-        write_colours([MeshColours(obj, np.tile(np.asarray(rgb, float), (24, 1)))], "light", "CORNER")
+        write_colours([MeshColours(obj, {"light": np.tile(np.asarray(rgb, float), (24, 1))})], "CORNER", "light")
     bpy.context.view_layer.update()
     return obj
 

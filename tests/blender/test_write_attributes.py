@@ -33,7 +33,7 @@ def cube(name, mesh=None):
 
 def ramp(obj, domain="CORNER", start=0.0):
     count = element_count(obj.data, domain)
-    return MeshColours(obj, start + np.arange(3 * count).reshape(count, 3) / 8)
+    return MeshColours(obj, {"light": start + np.arange(3 * count).reshape(count, 3) / 8})
 
 
 def colours(mesh, name="light"):
@@ -51,11 +51,11 @@ def layers(mesh):
 def test_a_new_attribute_holds_the_values_as_floats_and_is_shown(domain):
     obj = cube("a")
     entry = ramp(obj, domain, start=100)
-    assert write_colours([entry], "light", domain) == []
+    assert write_colours([entry], domain, "light") == []
     layer = obj.data.attributes["light"]
     assert (layer.data_type, layer.domain) == ("FLOAT_COLOR", domain)
     values = colours(obj.data)
-    np.testing.assert_array_equal(values[:, :3], entry.rgb.astype(np.float32))
+    np.testing.assert_array_equal(values[:, :3], entry.layers["light"].astype(np.float32))
     assert (values[:, 3] == 1).all()
     assert obj.data.attributes.active_color_name == obj.data.attributes.default_color_name == "light"
     assert obj.data.color_attributes[obj.data.color_attributes.render_color_index].name == "light"
@@ -68,7 +68,7 @@ def test_without_activation_the_shown_layers_stay(before):
         obj.data.color_attributes.new(before, "BYTE_COLOR", "POINT")
     shown = obj.data.attributes.active_color_name, obj.data.attributes.default_color_name
     assert shown == (before, before)
-    write_colours([ramp(obj)], "light", "CORNER", activate=False)
+    write_colours([ramp(obj)], "CORNER")
     assert (obj.data.attributes.active_color_name, obj.data.attributes.default_color_name) == shown
 
 
@@ -81,7 +81,7 @@ def test_a_second_bake_overwrites_colour_but_keeps_alpha_and_other_layers():
     mesh.attributes.new("weights", "FLOAT", "POINT")
     uv_layers = [layer.name for layer in mesh.uv_layers]
     paint_before, alpha_before, names = colours(mesh, "paint"), colours(mesh)[:, 3], layers(mesh)
-    write_colours([ramp(bpy.data.objects["a"])], "light", "CORNER")
+    write_colours([ramp(bpy.data.objects["a"])], "CORNER", "light")
     assert layers(mesh) == names
     np.testing.assert_array_equal(colours(mesh, "paint"), paint_before)
     np.testing.assert_array_equal(colours(mesh)[:, 3], alpha_before)
@@ -123,14 +123,14 @@ def test_objects_that_share_a_mesh_each_hold_their_own_light():
     third = cube("third", mesh)
     second.shape_key_add(name="Basis")
     entries = [ramp(obj, start=10 * number) for number, obj in enumerate((first, second, third))]
-    notes = write_colours(entries, "light", "CORNER")
+    notes = write_colours(entries, "CORNER", "light")
     assert len(notes) == 1 and notes[0].startswith("2 objects") and "'second', 'third'" in notes[0]
     assert first.data is mesh or first.data == mesh
     assert len({obj.data for obj in (first, second, third)}) == 3
     assert second.data.name == "first.second"
     assert second.data.shape_keys is not None
     for entry in entries:
-        np.testing.assert_array_equal(colours(entry.object.data)[:, :3], entry.rgb.astype(np.float32))
+        np.testing.assert_array_equal(colours(entry.object.data)[:, :3], entry.layers["light"].astype(np.float32))
 
 
 def test_a_mesh_that_an_unbaked_object_uses_stays_as_it_is():
@@ -138,7 +138,7 @@ def test_a_mesh_that_an_unbaked_object_uses_stays_as_it_is():
     mesh = baked.data
     other = cube("other", mesh)
     before = layers(mesh)
-    notes = write_colours([ramp(baked)], "light", "CORNER")
+    notes = write_colours([ramp(baked)], "CORNER", "light")
     assert "'baked' shared its mesh" in notes[0]
     assert other.data == mesh and baked.data != mesh
     assert layers(mesh) == before and "light" in layers(baked.data)
@@ -148,7 +148,7 @@ def test_a_failure_half_way_takes_everything_back(monkeypatch):
     first, plain = cube("first"), cube("plain")
     second = cube("second", first.data)
     again = cube("again")
-    write_colours([ramp(again)], "light", "CORNER")
+    write_colours([ramp(again)], "CORNER", "light")
     shown = again.data.attributes.new("paint", "FLOAT_COLOR", "CORNER").name
     again.data.attributes.active_color_name = shown
     objects = (first, second, plain, again)
@@ -164,7 +164,7 @@ def test_a_failure_half_way_takes_everything_back(monkeypatch):
 
     monkeypatch.setattr(write_attributes, "_fill", fail_on_the_last)
     with pytest.raises(MemoryError):
-        write_colours([ramp(obj, start=40) for obj in objects], "light", "CORNER")
+        write_colours([ramp(obj, start=40) for obj in objects], "CORNER", "light")
     assert [(obj.data.name, layers(obj.data), obj.data.attributes.active_color_name) for obj in objects] == before
     assert set(bpy.data.meshes) == meshes
     np.testing.assert_array_equal(colours(again.data), light)

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 from detp.core.discs import TangentDiscs
 from detp.core.errors import InvalidArrayError
-from detp.core.estimate import Accumulator, IrradianceEstimate
+from detp.core.estimate import Accumulator, Irradiance, IrradianceEstimate
 from detp.core.gatherers.gatherer import Crossings
+from detp.core.rays import RayCaster
 from detp.core.segments import Segments
+from detp.core.visible_area import whole_discs
 
 
 def simulated(particles, seed, share=0.05):
@@ -16,7 +18,8 @@ def simulated(particles, seed, share=0.05):
     flux = generator.exponential(size=(particles, 3)) / particles
     crossing = np.flatnonzero(generator.random(particles) < share)
     segments = Segments(np.zeros((particles, 3)), np.zeros((particles, 3)), flux, np.zeros(particles, np.uint16))
-    accumulator = Accumulator(discs, segments, particles)
+    (placed,) = whole_discs(RayCaster(np.eye(3)[None]), discs)
+    accumulator = Accumulator(discs, segments, particles, placed.area)
     for part in np.array_split(crossing, 3):
         accumulator.add(Crossings(part, np.zeros(len(part), np.int64)))
     each = np.zeros((particles, 3))
@@ -26,17 +29,19 @@ def simulated(particles, seed, share=0.05):
 
 def test_mean_and_standard_error_are_those_of_the_particles():
     estimate, each = simulated(10_000, 1)
-    assert estimate.irradiance[0] == pytest.approx(each.mean(axis=0))
-    assert estimate.standard_error[0] == pytest.approx(each.std(axis=0, ddof=1) / np.sqrt(len(each)), rel=1e-6)
+    assert estimate.irradiance.value[0] == pytest.approx(each.mean(axis=0))
+    assert estimate.irradiance.standard_error[0] == pytest.approx(
+        each.std(axis=0, ddof=1) / np.sqrt(len(each)), rel=1e-6
+    )
 
 
 def test_merged_estimates_are_the_estimate_of_all_particles():
     (first, each_first), (second, each_second) = simulated(3000, 2), simulated(7000, 3)
     merged = first.merged(second)
     each = np.concatenate([each_first, each_second])
-    assert merged.particles == 10_000
-    assert merged.irradiance[0] == pytest.approx(each.mean(axis=0))
-    assert merged.standard_error[0] == pytest.approx(each.std(axis=0, ddof=1) / 100, rel=1e-6)
+    assert merged.samples == 10_000
+    assert merged.irradiance.value[0] == pytest.approx(each.mean(axis=0))
+    assert merged.irradiance.standard_error[0] == pytest.approx(each.std(axis=0, ddof=1) / 100, rel=1e-6)
     assert np.array_equal(IrradianceEstimate.empty(1).merged(first).total, first.total)
 
 
@@ -44,16 +49,25 @@ def test_the_standard_error_covers_the_truth_as_often_as_it_says():
     inside = 0
     for seed in range(400):
         estimate, _ = simulated(20_000, 100 + seed)
-        inside += abs(estimate.irradiance[0, 0] - 0.05 / 2) < 1.96 * estimate.standard_error[0, 0]
+        inside += abs(estimate.irradiance.value[0, 0] - 0.05 / 2) < 1.96 * estimate.irradiance.standard_error[0, 0]
     assert 0.92 < inside / 400 < 0.98
 
 
 def test_dark_points_and_single_particles():
-    empty = IrradianceEstimate.empty(2)
+    empty = IrradianceEstimate.empty(2).irradiance
     assert np.isnan(empty.relative_error)
-    assert (empty.irradiance == 0).all() and np.isinf(empty.standard_error).all()
+    assert (empty.value == 0).all() and np.isinf(empty.standard_error).all()
 
 
 def test_only_estimates_of_the_same_points_merge():
     with pytest.raises(InvalidArrayError):
         IrradianceEstimate.empty(2).merged(IrradianceEstimate.empty(3))
+
+
+def test_light_of_two_kinds_adds_up_and_so_do_the_variances():
+    first = Irradiance(np.full((1, 3), 2.0), np.full((1, 3), 0.3))
+    both = first + Irradiance(np.full((1, 3), 1.0), np.full((1, 3), 0.4))
+    assert both.value[0] == pytest.approx(3.0)
+    assert both.standard_error[0] == pytest.approx(0.5)
+    assert both.relative_error == pytest.approx(1 / 6)
+    assert (first + Irradiance.dark(1)).standard_error[0] == pytest.approx(0.3)

@@ -1,0 +1,39 @@
+"""Wall time by stage."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TypeVar
+
+Step = TypeVar("Step")
+
+
+class Stopwatch:
+    """Adds up wall time by stage: ``with stopwatch("trace"): ...``, or of all that an iterator does between items.
+
+    Attribute ``seconds``: the time of each of ``stages`` so far.
+    """
+
+    def __init__(self, *stages: str):
+        self.seconds = dict.fromkeys(stages, 0.0)
+
+    @contextmanager
+    def __call__(self, stage: str):
+        """A context whose time counts for ``stage``."""
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[stage] += time.perf_counter() - start
+
+    def timed(self, stage: str, steps: Iterator[Step]) -> Iterator[Step]:
+        """The items of ``steps``; making them counts for ``stage``, what the caller does with them does not."""
+        while True:
+            with self(stage):
+                try:
+                    step = next(steps)
+                except StopIteration:
+                    return
+            yield step

@@ -10,11 +10,12 @@ from .bounds import Bounds
 from .checks import float_rows, index_rows
 from .errors import InvalidArrayError, NoMeshError
 from .lights.light import Light
+from .specular import Specular
 
 
 @dataclass(frozen=True)
 class Scene:
-    """Triangles and lights; every surface is a Lambertian reflector and emitter on both sides.
+    """Triangles and lights; surfaces are Lambertian reflectors and emitters on both sides, and may also be specular.
 
     vertices       (V, 3) positions in metres
     triangles      (T, 3) vertex indices
@@ -22,6 +23,7 @@ class Scene:
     emission       (T, 3) emitted radiance in W/(m^2 sr), RGB, from each of the two sides
     transmittance  (T, 3) share that goes straight on through the surface, RGB, 0..1 (alpha, thin glass)
     lights         lamps and the world; emissive triangles are not repeated here
+    specular       the triangles that also mirror or refract light, None when the scene has none
 
     Raises InvalidArrayError on shapes, indices or values that are not as above, NoMeshError without
     triangles.
@@ -33,6 +35,7 @@ class Scene:
     emission: np.ndarray
     transmittance: np.ndarray
     lights: tuple[Light, ...] = field(default=())
+    specular: Specular | None = None
 
     def __post_init__(self):
         vertices = float_rows(self.vertices, "vertices")
@@ -48,6 +51,8 @@ class Scene:
             "transmittance": float_rows(self.transmittance, "transmittance", 3, count),
             "lights": tuple(self.lights),
         }
+        if self.specular is not None and len(self.specular.triangles) and self.specular.triangles[-1] >= count:
+            raise InvalidArrayError(f"specular triangles must be rows of the {count} triangles.")
         for name in ("albedo", "transmittance"):
             if (checked[name] < 0).any():
                 raise InvalidArrayError(f"{name} must not be negative.")

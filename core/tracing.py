@@ -1,4 +1,4 @@
-"""Photon tracing: from the lights over diffuse bounces to photon path segments."""
+"""Photon tracing: from the lights over reflections and refractions to photon path segments."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from .rays import Hits, RayCaster
 from .sampling import cosine_hemisphere
 from .scene import Scene
 from .segments import Segments
+from .specular import SpecularSurfaces
 from .triangles import normals_and_areas
 
 #: Surfaces that one particle may pass straight through, all together, before it is given up.
@@ -23,8 +24,8 @@ EMISSION_LIFT = 4
 #: The smallest cosine for which a segment is lengthened to reach the tolerance behind its hit.
 GRAZING_COSINE = 0.01
 
-#: What Russian roulette does with a particle.
-ABSORBED, REFLECTED, PASSED = 0, 1, 2
+#: What Russian roulette does with a particle: reflect it diffusely, let it pass straight on, mirror or refract it.
+ABSORBED, REFLECTED, PASSED, MIRRORED, REFRACTED = range(5)
 
 
 @dataclass(frozen=True)
@@ -48,8 +49,10 @@ class PhotonTracer:
         self._bounces = bounces
         self._direct = direct
         self._albedo = scene.albedo
-        # Most scenes let no light pass, and then pay nothing for it.
-        self._transmittance = scene.transmittance if scene.transmittance.any() else None
+        # Most scenes let no light pass and have no specular surfaces, and then pay nothing for them.
+        self._specular = SpecularSurfaces(scene.specular, scene.corners) if scene.specular is not None else None
+        passes = self._specular is not None or scene.transmittance.any()
+        self._transmittance = scene.transmittance if passes else None
         self._caster = caster
         self._normals, _ = normals_and_areas(scene.corners)
         self._emission = Emission(scene, bounds)
@@ -74,15 +77,16 @@ class PhotonTracer:
                 rows, start = rows[shining[rows]], None
             parts.append(segments if self._direct else segments.taken(np.flatnonzero(segments.bounce)))
 
-            fate, flux = self._roulette(flux.take(rows, axis=0), hits.triangle.take(rows), generator)
-            limit = (fate == REFLECTED) & (bounce.take(rows) >= self._bounces)
-            limit |= (fate == PASSED) & (passages.take(rows) >= MOST_PASSAGES)
+            directions = directions.take(rows, axis=0)
+            fate, flux, directions = self._meet(hits, rows, flux.take(rows, axis=0), directions, generator)
+            limit = np.where(fate == PASSED, passages.take(rows) >= MOST_PASSAGES, bounce.take(rows) >= self._bounces)
+            limit &= fate != ABSORBED
             cut += flux[limit].sum(axis=0)
             alive = np.flatnonzero((fate != ABSORBED) & ~limit)
             rows, fate, flux = rows.take(alive), fate.take(alive), flux.take(alive, axis=0)
-            bounce = bounce.take(rows) + (fate == REFLECTED).astype(np.uint16)
+            bounce = bounce.take(rows) + (fate != PASSED).astype(np.uint16)
             passages = passages.take(rows) + (fate == PASSED).astype(np.uint16)
-            origins, directions = self._onward(hits, rows, directions.take(rows, axis=0), fate, generator)
+            origins, directions = self._onward(hits, rows, directions.take(alive, axis=0), fate, generator)
         return TracedPhotons(Segments.joined(parts), cut)
 
     def _ends(self, origins, directions, hits: Hits, rows) -> np.ndarray:
@@ -98,28 +102,22 @@ class PhotonTracer:
         ends[missed] = outward + reach[:, None] * directions.take(missed, axis=0)
         return ends
 
-    def _roulette(self, flux, triangle, generator) -> tuple[np.ndarray, np.ndarray]:
-        """Russian roulette over what each surface does: the fates (K,) and the flux (K, 3) W that goes on.
+    def _meet(self, hits: Hits, rows, flux, directions, generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """What happens to particles at their hits: fates (K,), the flux (K, 3) W that goes on, and directions (K, 3).
 
-        With f the flux, reflection has the probability max|f rho| / max|f| and straight passage max|f tau| / max|f|,
-        so a particle's largest channel keeps its flux; probabilities that add up to more than one are scaled to one.
+        The directions are those after a straight passage, mirror or refraction; diffuse reflection has yet to choose.
         """
-        largest = np.maximum(_largest(flux), np.finfo(float).tiny)
-        reflected = flux * self._albedo.take(triangle, axis=0)
-        reflect = _largest(reflected) / largest
-        choice = generator.random(len(flux))
+        triangle = hits.triangle.take(rows)
+        shares = [self._albedo.take(triangle, axis=0)]
         if self._transmittance is None:
-            reflect = np.minimum(reflect, 1.0)
-            fate = (choice < reflect).astype(np.uint8)
-            return fate, reflected / np.where(reflect > 0, reflect, 1.0)[:, None]
-        passed = flux * self._transmittance.take(triangle, axis=0)
-        transmit = _largest(passed) / largest
-        excess = np.maximum(reflect + transmit, 1.0)
-        reflect, transmit = reflect / excess, transmit / excess
-        fate = np.where(choice < reflect, REFLECTED, np.where(choice < reflect + transmit, PASSED, ABSORBED))
-        probability = np.where(fate == REFLECTED, reflect, transmit)
-        going = np.where((fate == REFLECTED)[:, None], reflected, passed)
-        return fate.astype(np.uint8), going / np.where(probability > 0, probability, 1.0)[:, None]
+            return *_roulette(flux, shares, generator), directions
+        shares.append(self._transmittance.take(triangle, axis=0))
+        if self._specular is None:
+            return *_roulette(flux, shares, generator), directions
+        turns = self._specular.turns(triangle, directions, hits.points.take(rows, axis=0), generator)
+        fate, flux = _roulette(flux, [*shares, turns.mirrored, turns.refracted], generator)
+        directions = np.where((fate == MIRRORED)[:, None], turns.mirrored_direction, directions)
+        return fate, flux, np.where((fate == REFRACTED)[:, None], turns.refracted_direction, directions)
 
     def _onward(self, hits: Hits, rows, directions, fate, generator) -> tuple[np.ndarray, np.ndarray]:
         """Origins just off the surface, and directions, of the particles that go on."""
@@ -133,6 +131,28 @@ class PhotonTracer:
             turned[reflects] = cosine_hemisphere(facing[reflects], generator.random((int(reflects.sum()), 2)))
             away = np.where(reflects, self._caster.tolerance, -self._caster.tolerance)[:, None]
         return hits.points.take(rows, axis=0) + away * facing, turned
+
+
+def _roulette(flux: np.ndarray, shares: list[np.ndarray], generator) -> tuple[np.ndarray, np.ndarray]:
+    """Russian roulette over the ``shares`` (K, 3) of what surfaces do: fates (K,) and the flux (K, 3) W that goes on.
+
+    With f the flux, fate i has the probability max|f s_i| / max|f|, so that a particle's largest channel keeps its
+    flux; probabilities that add up to more than one are scaled to one. Fates count from 1, 0 is to be absorbed.
+    """
+    largest = np.maximum(_largest(flux), np.finfo(float).tiny)
+    going = [flux * share for share in shares]
+    chances = [_largest(part) / largest for part in going]
+    excess = np.maximum(sum(chances), 1.0)
+    chances = [chance / excess for chance in chances]
+    choice = generator.random(len(flux))
+    fate, kept, probability = np.zeros(len(flux), np.uint8), going[0], np.ones(len(flux))
+    for number in reversed(range(len(shares))):
+        # From the last one down, so that the first whose running sum exceeds the choice is the one that stays.
+        chosen = choice < sum(chances[: number + 1])
+        fate[chosen] = number + 1
+        probability = np.where(chosen, chances[number], probability)
+        kept = np.where(chosen[:, None], going[number], kept)
+    return fate, kept / probability[:, None]
 
 
 def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -18,7 +18,7 @@ def lights_of(scene: Scene) -> list[Light]:
     emissive = np.flatnonzero((scene.emission != 0).any(axis=1))
     if len(emissive) == 0:
         return list(scene.lights)
-    return [*scene.lights, EmissiveTriangles(scene.corners[emissive], scene.emission[emissive])]
+    return [*scene.lights, EmissiveTriangles(scene.corners[emissive], scene.emission[emissive], emissive)]
 
 
 class Emission:

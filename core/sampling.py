@@ -74,6 +74,32 @@ def cone(axes: np.ndarray, half_angle: float, uniforms: np.ndarray) -> np.ndarra
     return around(axes, fall * uniforms[:, 0], uniforms[:, 1])
 
 
+def spherical_rectangle(
+    low: np.ndarray, high: np.ndarray, height: np.ndarray, uniforms: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Places (K, 2) on rectangles, uniform by the solid angle seen from ``height`` (K,) > 0 above the origin.
+
+    ``low`` and ``high`` (K, 2) are the corners in the rectangle's plane; uniforms (K, 2). Returns also the solid angles
+    (K,) in sr, exact to some 1e-15: below 1e-4 the places lose their digits. Source: Urena, Fajardo and King, "An
+    Area-Preserving Parametrization for Spherical Rectangles", Computer Graphics Forum 32(4), 2013.
+    """
+    x0, y0 = (low / np.hypot(low, height[:, None])).T
+    x1, y1 = (high / np.hypot(high, height[:, None])).T
+    # The four angles of the spherical rectangle; the first two face its high side in x, the others the low side.
+    angles = np.arccos(np.clip([y0 * x1, -x1 * y1, y1 * x0, -x0 * y0], -1.0, 1.0))
+    solid_angle = np.maximum(angles.sum(axis=0) - 2.0 * np.pi, 0.0)
+    turn = 2.0 * np.pi - angles[2] - angles[3] + uniforms[:, 0] * solid_angle
+    tiny, sine = 1e-100, np.sin(turn)
+    slope = -(np.cos(turn) * y0 + y1) / np.where(np.abs(sine) < tiny, tiny, sine)
+    squared = slope**2 - height**2 / (height**2 + low[:, 1] ** 2)
+    x = np.clip(np.copysign(height / np.sqrt(np.maximum(squared, tiny)), slope), low[:, 0], high[:, 0])
+    away = np.hypot(x, height)
+    first, last = low[:, 1] / np.hypot(away, low[:, 1]), high[:, 1] / np.hypot(away, high[:, 1])
+    share = first + uniforms[:, 1] * (last - first)
+    y = np.clip(share * away / np.sqrt(np.maximum(1.0 - share**2, tiny)), low[:, 1], high[:, 1])
+    return np.stack([x, y], axis=1), solid_angle
+
+
 def choose(cumulative: np.ndarray, uniforms: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Choose rows in proportion to weights >= 0, given as their running sum ``cumulative`` (K,), K >= 1.
 

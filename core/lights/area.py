@@ -9,8 +9,9 @@ import numpy as np
 from ..bounds import Bounds
 from ..checks import number_within, unit_rows, vector
 from ..errors import InvalidArrayError, InvalidSettingError
-from ..sampling import around, cosine_hemisphere, disc
-from .light import Particles
+from ..sampling import around, cosine_hemisphere, disc, spherical_rectangle
+from .aim import lit_rays, towards
+from .light import Particles, ShadowRays
 
 #: Share of the edges' bounding rectangle that each shape fills.
 SHAPES = {"rectangle": 1.0, "ellipse": 0.25 * np.pi}
@@ -21,12 +22,21 @@ _PARALLEL = 1e-3
 #: A spread within this many radians of pi is a Lambert emitter; single precision knows no closer.
 _LAMBERT = 1e-6
 
+#: Edges whose directions have no larger cosine are perpendicular: single precision makes them no better.
+_PERPENDICULAR = 1e-6
+
+#: Below this solid angle in sr a rectangle is chosen from by area: there the other way loses its digits.
+_SMALL_SOLID_ANGLE = 1e-4
+
+#: A point less than this many times the light's size in front of its plane lies in it, and is dark.
+_IN_PLANE = 1e-12
+
 #: Nodes of the table that starts the search for the angle, and the Newton steps after it.
 _TABLE = 129
 _NEWTON_STEPS = 4
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class AreaLight:
     """A flat light of radiance power / (pi A), narrowed by its spread.
 
@@ -71,6 +81,77 @@ class AreaLight:
     def normal(self) -> np.ndarray:
         """Unit vector (3,) on the side that shines."""
         return unit_rows(np.cross(self.edge_v, self.edge_u)[None, :], "The area light's normal")[0]
+
+    @property
+    def sharp(self) -> bool:
+        """Whether the light is a parallel beam."""
+        return self.spread < _PARALLEL
+
+    def shadow_rays(self, points: np.ndarray, uniforms: np.ndarray) -> ShadowRays:
+        """To the part of the light that its spread lets shine on the point.
+
+        Uniform by solid angle on a rectangle (:func:`..sampling.spherical_rectangle`), by area on any other shape and
+        where the solid angle is small. A parallel beam comes from straight behind: irradiance power / A within it.
+        """
+        offsets = points - self.centre
+        normal = self.normal
+        height = offsets @ normal
+        lit = height > _IN_PLANE * np.sqrt(self.area)
+        height = np.where(lit, height, 1.0)
+        across = np.cross(self.edge_u, self.edge_v)
+        shares = np.stack([np.cross(self.edge_v, across), np.cross(across, self.edge_u)]) / (across @ across)
+        foot = offsets @ shares.T
+        if self.sharp:
+            rays = np.tile(-normal, (len(points), 1)), height, self.power / self.area, np.ones(len(points))
+            return lit_rays(*rays, lit & self._covers(foot))
+        reach = height[:, None] * (self._tangent * np.linalg.norm(shares, axis=1))
+        low = np.maximum(-0.5, foot - reach)
+        high = np.maximum(np.minimum(0.5, foot + reach), low)
+        way, area, solid_angle = self._chosen(foot, low, high, height, uniforms)
+        lit &= area > 0.0
+        flat = way @ np.stack([self.edge_u, self.edge_v])
+        directions, distances = towards(flat - height[:, None] * normal)
+        by_area = distances**3 / (height * np.where(lit, area, 1.0))
+        density = np.where(solid_angle > 0.0, 1.0 / np.where(solid_angle > 0.0, solid_angle, 1.0), by_area)
+        strength = self._narrowed(np.linalg.norm(flat, axis=1) / height) / (np.pi * self.area)
+        return lit_rays(directions, distances, strength[:, None] * self.power, density, lit)
+
+    @property
+    def _tangent(self) -> float:
+        """Tangent of the widest angle at which it shines."""
+        return np.inf if np.pi - self.spread < _LAMBERT else np.tan(0.5 * self.spread)
+
+    def _narrowed(self, slope: np.ndarray) -> np.ndarray:
+        """Radiance at angles of tangent ``slope`` (K,) from the normal, over that of a Lambert emitter."""
+        if np.isinf(self._tangent):
+            return np.ones_like(slope)
+        return np.maximum(self._tangent - slope, 0.0) / (self._tangent - 0.5 * self.spread)
+
+    def _covers(self, place: np.ndarray) -> np.ndarray:
+        """Whether each ``place`` (K, 2), in shares of the edges from the centre, is on the light."""
+        if self.shape == "ellipse":
+            return (place**2).sum(axis=1) <= 0.25
+        return (np.abs(place) <= 0.5).all(axis=1)
+
+    def _chosen(self, foot, low, high, height, uniforms) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Places between ``low`` and ``high`` (K, 2), counted from ``foot``, in shares of the edges.
+
+        With the area (K,) in m^2 over which each is uniform, zero for one that misses the light, and the solid angle
+        (K,) where it is uniform by that, otherwise zero.
+        """
+        lengths = np.linalg.norm([self.edge_u, self.edge_v], axis=1)
+        way = low - foot + uniforms * (high - low)
+        area = (high - low).prod(axis=1) * (self.area / SHAPES[self.shape])
+        if self.shape == "ellipse":
+            area = np.where(self._covers(foot + way), area, 0.0)
+            whole = (high - low).prod(axis=1) > SHAPES["ellipse"]
+            way = np.where(whole[:, None], 0.5 * disc(uniforms) - foot, way)
+            return way, np.where(whole, self.area, area), 0.0 * area
+        if abs(self.edge_u @ self.edge_v) > _PERPENDICULAR * lengths.prod():
+            return way, area, 0.0 * area
+        place, solid_angle = spherical_rectangle((low - foot) * lengths, (high - foot) * lengths, height, uniforms)
+        large = solid_angle > _SMALL_SOLID_ANGLE
+        return np.where(large[:, None], place / lengths, way), area, np.where(large, solid_angle, 0.0)
 
     def flux(self, bounds: Bounds) -> np.ndarray:
         """Radiant flux (3,) in W."""

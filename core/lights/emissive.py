@@ -3,29 +3,38 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
 from ..bounds import Bounds
-from ..checks import float_rows
+from ..checks import float_rows, index_rows
 from ..errors import InvalidArrayError
 from ..sampling import choose, cosine_hemisphere, triangle
 from ..triangles import normals_and_areas
-from .light import Particles
+from .aim import CLOSEST, towards
+from .light import Particles, ShadowRays
+
+#: Below this cosine a triangle is seen edge-on and gives nothing: what is left of it is rounding.
+_EDGE_ON = 1e-9
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class EmissiveTriangles:
     """Lambertian emitters on both sides of each triangle, together one light.
 
     corners   (T, 3 corners, 3) metres; a triangle without area gives nothing
     radiance  (T, 3) W/(m^2 sr), RGB; negative takes light away
+    rows      (T,) which of the scene's triangles they are, ascending; without it the first T
 
-    Raises InvalidArrayError on other shapes, no triangle or non-finite values.
+    Raises InvalidArrayError on other shapes, no triangle, non-finite values, or rows that do not ascend.
     """
 
     corners: np.ndarray
     radiance: np.ndarray
+    rows: np.ndarray | None = None
+    sharp: ClassVar[bool] = False
+    aimed: ClassVar[bool] = True
     _normals: np.ndarray = field(init=False, repr=False)
     _areas: np.ndarray = field(init=False, repr=False)
     _shares: np.ndarray = field(init=False, repr=False)
@@ -36,11 +45,16 @@ class EmissiveTriangles:
             raise InvalidArrayError(f"Emissive corners must have the shape (n, 3, 3) with n > 0, not {shape}.")
         corners = float_rows(np.reshape(self.corners, (-1, 3)), "emissive corners").reshape(-1, 3, 3)
         radiance = float_rows(self.radiance, "emitted radiance", 3, len(corners))
+        rows = np.arange(len(corners)) if self.rows is None else self.rows
+        rows = index_rows(rows, "rows of emissive triangles", None, np.iinfo(np.int64).max, len(corners))
+        if (np.diff(rows) <= 0).any():
+            raise InvalidArrayError("The rows of emissive triangles must ascend.")
         normals, areas = normals_and_areas(corners)
         shares = np.cumsum(np.abs(radiance).max(axis=1, initial=0.0) * areas)
         for name, value in (
             ("corners", corners),
             ("radiance", radiance),
+            ("rows", rows),
             ("_normals", normals),
             ("_areas", areas),
             ("_shares", shares),
@@ -51,14 +65,37 @@ class EmissiveTriangles:
         """Radiant flux (3,) in W of both sides: 2 pi times the sum of radiance times area."""
         return 2.0 * np.pi * (self._areas @ self.radiance)
 
+    def shadow_rays(self, points: np.ndarray, uniforms: np.ndarray) -> ShadowRays:
+        """To a place uniform on a triangle, chosen in proportion to its strongest channel times its area."""
+        chosen, places = self._places(uniforms)
+        directions, distances = towards(places - points)
+        radiance, density = self._seen(chosen, directions, distances)
+        return ShadowRays(directions, distances, radiance, density)
+
+    def met(self, points: np.ndarray, directions: np.ndarray, triangle: np.ndarray, places: np.ndarray):
+        """Radiance (K, 3) of the triangles that the rays met, and the density (K,) of being aimed at there."""
+        found = np.minimum(np.searchsorted(self.rows, triangle), len(self.rows) - 1)
+        mine = self.rows[found] == triangle
+        distances = np.linalg.norm(np.where(mine[:, None], places - points, 0.0), axis=1)
+        radiance, density = self._seen(found, directions, distances)
+        return np.where(mine[:, None], radiance, 0.0), np.where(mine, density, 0.0)
+
+    def _seen(self, chosen, directions, distances) -> tuple[np.ndarray, np.ndarray]:
+        """Radiance and density per steradian: that per area, strength / total, times r^2 / cos; 0 and 1 if edge-on."""
+        cosine = np.abs(np.einsum("pi,pi->p", self._normals[chosen], directions))
+        radiance = self.radiance[chosen]
+        strength = np.abs(radiance).max(axis=1)
+        lit = (cosine > _EDGE_ON) & (distances > CLOSEST) & (strength > 0.0) & (self._areas[chosen] > 0.0)
+        density = np.ones(len(cosine))
+        np.divide(strength * distances**2, cosine * self._shares[-1], out=density, where=lit)
+        return np.where(lit[:, None], radiance, 0.0), density
+
     def emit(self, uniforms: np.ndarray, bounds: Bounds) -> Particles:
         """Particles of equal flux in their strongest channel; uniforms (P, 4): triangle and origin 2, direction 2.
 
         The origins lie on the triangles themselves, to rounding.
         """
-        chosen, first = choose(self._shares, uniforms[:, 0])
-        weights = triangle(np.stack([first, uniforms[:, 1]], axis=1))
-        origins = np.einsum("pc,pcx->px", weights, self.corners[chosen])
+        chosen, origins = self._places(uniforms)
         back = uniforms[:, 2] >= 0.5
         about = np.stack([2.0 * uniforms[:, 2] - back, uniforms[:, 3]], axis=1)
         directions = cosine_hemisphere(np.where(back[:, None], -1.0, 1.0) * self._normals[chosen], about)
@@ -66,3 +103,9 @@ class EmissiveTriangles:
         strength = np.abs(radiance).max(axis=1, keepdims=True)
         colour = np.divide(radiance, strength, out=np.zeros_like(radiance), where=strength > 0.0)
         return Particles(origins, directions, colour * (2.0 * np.pi * self._shares[-1] / len(uniforms)))
+
+    def _places(self, uniforms: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Triangles (P,) chosen by strength times area, and places (P, 3) uniform on them, by two of ``uniforms``."""
+        chosen, first = choose(self._shares, uniforms[:, 0])
+        weights = triangle(np.stack([first, uniforms[:, 1]], axis=1))
+        return chosen, np.einsum("pc,pcx->px", weights, self.corners[chosen])

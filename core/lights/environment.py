@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
@@ -10,10 +11,10 @@ from ..bounds import Bounds
 from ..checks import float_rows
 from ..errors import InvalidArrayError
 from ..sampling import choose, face_points
-from .light import Particles
+from .light import Particles, ShadowRays
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class EnvironmentWorld:
     """A sky whose radiance is constant over each pixel of an equirectangular picture in Blender's convention.
 
@@ -23,7 +24,7 @@ class EnvironmentWorld:
               a quarter of the width along +Y, three quarters along -Y, the two side edges along -X, the first row
               down and the last one up.
 
-    Light travels against that. Raises InvalidArrayError on other shapes or non-finite values. Needs 48 bytes a pixel:
+    Light travels against that. Raises InvalidArrayError on other shapes or non-finite values. Needs 56 bytes a pixel:
     scale pictures beyond some thousand pixels a side down first.
 
     Flux enters the box through faces perpendicular to x, y and z; the flux through a unit face from one pixel is its
@@ -31,10 +32,13 @@ class EnvironmentWorld:
     """
 
     radiance: np.ndarray
+    sharp: ClassVar[bool] = False
+    aimed: ClassVar[bool] = True
     _row_factors: np.ndarray = field(init=False, repr=False)
     _column_factors: np.ndarray = field(init=False, repr=False)
     _shares: np.ndarray = field(init=False, repr=False)
     _through: np.ndarray = field(init=False, repr=False)
+    _strength_sums: np.ndarray = field(init=False, repr=False)
 
     def __post_init__(self):
         shape = np.shape(self.radiance)
@@ -44,6 +48,7 @@ class EnvironmentWorld:
         rows, columns = _factors(shape[0], shape[1])
         strength = np.abs(radiance).max(axis=2)
         shares = np.stack([np.cumsum(strength * r[:, None] * c) for r, c in zip(rows, columns, strict=True)])
+        strength_sums = np.cumsum(strength * _solid_angles(shape[0], shape[1])[:, None])
         through = np.einsum("hwc,kh,kw->kc", radiance, rows, columns, optimize=True)
         for name, value in (
             ("radiance", radiance),
@@ -51,8 +56,44 @@ class EnvironmentWorld:
             ("_column_factors", columns),
             ("_shares", shares),
             ("_through", through),
+            ("_strength_sums", strength_sums),
         ):
             object.__setattr__(self, name, value)
+
+    def shadow_rays(self, points: np.ndarray, uniforms: np.ndarray) -> ShadowRays:
+        """Into a pixel chosen in proportion to its strongest channel times its solid angle, uniform within it."""
+        width = self.radiance.shape[1]
+        sums = self._strength_sums
+        # First the row by one number, then the column by the other, so that evenly spread numbers stay spread.
+        ends = sums[width - 1 :: width]
+        row, up = choose(ends, uniforms[:, 1])
+        start = np.where(row > 0, ends[row - 1], 0.0)
+        scaled = start + uniforms[:, 0] * (ends[row] - start)
+        pixel = np.clip(np.searchsorted(sums, scaled, side="right"), row * width, row * width + width - 1)
+        low, high = np.where(pixel > 0, sums[pixel - 1], 0.0), sums[pixel]
+        across = np.divide(scaled - low, high - low, out=np.zeros(len(row)), where=high > low)
+        column = pixel - row * width
+        travel, _ = self._within(row, column, np.clip(across, 0.0, 1.0), up)
+        radiance, density = self._seen(row, column)
+        return ShadowRays(-travel, np.full(len(row), np.inf), radiance, np.where(density > 0.0, density, 1.0))
+
+    def met(self, points: np.ndarray, directions: np.ndarray, triangle: np.ndarray, places: np.ndarray):
+        """Radiance (K, 3) of the pixels that rays out of the scene look at, and the density (K,) of aiming there."""
+        height, width = self.radiance.shape[:2]
+        x, y, z = directions.T
+        up = np.arctan2(z, np.hypot(x, y)) / np.pi + 0.5
+        across = 0.5 - np.arctan2(y, x) / (2.0 * np.pi)
+        row = np.minimum((up * height).astype(np.int64), height - 1)
+        column = np.minimum((across * width).astype(np.int64), width - 1)
+        radiance, density = self._seen(row, column)
+        left = triangle < 0
+        return np.where(left[:, None], radiance, 0.0), np.where(left, density, 0.0)
+
+    def _seen(self, row: np.ndarray, column: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Radiance (K, 3) of pixels and the density (K,) per steradian of choosing them."""
+        radiance = self.radiance[row, column]
+        strength = np.abs(radiance).max(axis=1)
+        return radiance, strength / max(self._strength_sums[-1], np.finfo(float).tiny)
 
     def flux(self, bounds: Bounds) -> np.ndarray:
         """Radiant flux (3,) in W that enters the box."""
@@ -99,6 +140,11 @@ class EnvironmentWorld:
 def _latitudes(height: int) -> np.ndarray:
     """Latitudes (height + 1,) of the rows' borders, radians."""
     return np.pi * (np.arange(height + 1) / height - 0.5)
+
+
+def _solid_angles(height: int, width: int) -> np.ndarray:
+    """Solid angles (height,) in sr of a pixel in each row."""
+    return (2.0 * np.pi / width) * np.diff(np.sin(_latitudes(height)))
 
 
 def _factors(height: int, width: int) -> tuple[np.ndarray, np.ndarray]:

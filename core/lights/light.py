@@ -89,7 +89,10 @@ class Surroundings(Light, Protocol):
     """A light that rays from a point may also meet by chance: the world behind everything, or shining triangles.
 
     Rays chosen by the light and rays chosen by the cosine are then weighed by both densities (balance heuristic).
+    Attribute ``aimed``: whether the light chooses rays at all; one that the cosine alone finds best has no shadow_rays.
     """
+
+    aimed: bool
 
     def met(self, points: np.ndarray, directions: np.ndarray, triangle: np.ndarray, places: np.ndarray):
         """What ``points`` (K, 3) see of this light along unit ``directions`` (K, 3): radiance and density.

@@ -9,10 +9,11 @@ import numpy as np
 from ..bounds import Bounds
 from ..checks import number_within, vector
 from ..sampling import disc, frames, sphere
-from .light import Particles
+from .aim import SMALLEST_RADIUS, rays_to_ball, rays_to_point
+from .light import Particles, ShadowRays
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PointLight:
     """An isotropic light of intensity power / (4 pi), or a sphere of uniform radiance power / (4 pi^2 radius^2).
 
@@ -34,6 +35,17 @@ class PointLight:
         object.__setattr__(self, "position", vector(self.position, "The point light's position"))
         object.__setattr__(self, "power", vector(self.power, "The point light's power"))
         object.__setattr__(self, "radius", number_within(self.radius, "The point light's radius", 0.0))
+
+    @property
+    def sharp(self) -> bool:
+        """Whether the light has no extent."""
+        return self.radius < SMALLEST_RADIUS
+
+    def shadow_rays(self, points: np.ndarray, uniforms: np.ndarray) -> ShadowRays:
+        """Uniform in the cone that the sphere fills, or the disc of soft falloff; all around inside the sphere."""
+        if self.sharp:
+            return rays_to_point(points, self.position, self.power)
+        return rays_to_ball(points, self.position, self.power, self.radius, self.soft, uniforms)
 
     def flux(self, bounds: Bounds) -> np.ndarray:
         """Radiant flux (3,) in W."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,7 +10,8 @@ from ..bounds import Bounds
 from ..checks import float_rows, number_within, unit_rows, vector
 from ..errors import InvalidArrayError
 from ..sampling import around, frames
-from .light import Particles
+from .aim import SMALLEST_RADIUS, rays_to_ball, rays_to_point
+from .light import Particles, ShadowRays
 from .point import crosswise, soft_start
 
 #: Newton steps for the soft rim: the error is below 1e-15 after eight, wherever it starts.
@@ -23,7 +24,7 @@ _TURNS = 1024
 _OWN_AXIS = np.array([0.0, 0.0, -1.0])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SpotLight:
     """A light of intensity I = power / (4 pi) on its axis and I S((cos a - c) / ((1 - c) blend)) off it.
 
@@ -56,6 +57,19 @@ class SpotLight:
         object.__setattr__(self, "size", number_within(self.size, "The spot light's size", 0.0, np.pi))
         object.__setattr__(self, "blend", number_within(self.blend, "The spot light's blend", 0.0, 1.0))
         object.__setattr__(self, "radius", number_within(self.radius, "The spot light's radius", 0.0))
+
+    @property
+    def sharp(self) -> bool:
+        """Whether the light has no extent."""
+        return self.radius < SMALLEST_RADIUS
+
+    def shadow_rays(self, points: np.ndarray, uniforms: np.ndarray) -> ShadowRays:
+        """The point light's, times what the cone lets through along each ray."""
+        if self.sharp:
+            rays = rays_to_point(points, self.position, self.power)
+        else:
+            rays = rays_to_ball(points, self.position, self.power, self.radius, self.soft, uniforms)
+        return replace(rays, radiance=rays.radiance * self._share(-rays.directions)[:, None])
 
     def flux(self, bounds: Bounds) -> np.ndarray:
         """Radiant flux (3,) in W that leaves the cone: power (1 - c)(1 - blend / 2) / 2 when it is round."""
@@ -91,6 +105,20 @@ class SpotLight:
         turned = own @ self.axis.T
         length = np.linalg.norm(turned, axis=1)
         return turned / length[:, None], abs(np.linalg.det(self.axis)) / length**3
+
+    def _share(self, directions: np.ndarray) -> np.ndarray:
+        """Intensity (K,) along unit world ``directions`` (K, 3), over that of the axis."""
+        own = directions @ np.linalg.inv(self.axis).T
+        squares = own**2
+        squares /= squares.sum(axis=1, keepdims=True)
+        ahead = own[:, 2] < 0.0
+        # 1 - cos a = sin^2 a / (1 + cos a) keeps narrow cones exact; nothing shines backwards
+        fall = np.where(ahead, (squares[:, 0] + squares[:, 1]) / (1.0 + np.sqrt(squares[:, 2])), 1.0)
+        rim = self._fall * self.blend
+        if rim <= np.finfo(float).tiny:
+            return (fall < self._fall).astype(float)
+        t = np.clip(self._fall - fall, 0.0, rim) / rim
+        return t * t * (3.0 - 2.0 * t)
 
 
 def _own_space(axis) -> np.ndarray:

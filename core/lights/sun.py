@@ -9,10 +9,13 @@ import numpy as np
 from ..bounds import Bounds
 from ..checks import number_within, unit_vector, vector
 from ..sampling import box_entry, cone, projected_area
-from .light import Particles
+from .light import Particles, ShadowRays
+
+#: A sun below this many radians is a point: a ray's direction in Embree is no finer.
+_SHARP = 1e-6
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SunLight:
     """A far light, uniformly radiant over a cone of directions.
 
@@ -32,6 +35,23 @@ class SunLight:
         object.__setattr__(self, "direction", unit_vector(self.direction, "The sun's direction"))
         object.__setattr__(self, "irradiance", vector(self.irradiance, "The sun's irradiance"))
         object.__setattr__(self, "angle", number_within(self.angle, "The sun's angle", 0.0, np.pi))
+
+    @property
+    def sharp(self) -> bool:
+        """Whether the sun has no extent."""
+        return self.angle < _SHARP
+
+    def shadow_rays(self, points: np.ndarray, uniforms: np.ndarray) -> ShadowRays:
+        """Uniform in the cone of the sun."""
+        count, half = len(points), 0.5 * self.angle
+        far = np.full(count, np.inf)
+        if self.sharp:
+            return ShadowRays(
+                np.tile(-self.direction, (count, 1)), far, np.tile(self.irradiance, (count, 1)), np.ones(count)
+            )
+        radiance = np.tile(self.irradiance / (np.pi * np.sin(half) ** 2), (count, 1))
+        solid_angle = 4.0 * np.pi * np.sin(0.5 * half) ** 2
+        return ShadowRays(cone(-self.direction, half, uniforms), far, radiance, np.full(count, 1.0 / solid_angle))
 
     def flux(self, bounds: Bounds) -> np.ndarray:
         """Radiant flux (3,) in W that enters the box: irradiance times its shadow, averaged over the cone."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from ..sampling import choose, cosine_hemisphere, face_points
 from .light import Particles
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class UniformWorld:
     """A sky and ground of one colour. ``radiance`` (3,) is in W/(m^2 sr), RGB.
 
@@ -21,6 +22,8 @@ class UniformWorld:
     """
 
     radiance: np.ndarray
+    sharp: ClassVar[bool] = False
+    aimed: ClassVar[bool] = False
 
     def __post_init__(self):
         object.__setattr__(self, "radiance", vector(self.radiance, "The world's radiance"))
@@ -28,6 +31,10 @@ class UniformWorld:
     def flux(self, bounds: Bounds) -> np.ndarray:
         """Radiant flux (3,) in W that enters the box: pi times radiance times surface."""
         return self.radiance * (2.0 * np.pi * bounds.face_areas.sum())
+
+    def met(self, points: np.ndarray, directions: np.ndarray, triangle: np.ndarray, places: np.ndarray):
+        """Its radiance (K, 3) along the rays that left the scene, and density (K,) zero: nobody aims at it."""
+        return np.where(triangle[:, None] < 0, self.radiance, 0.0), np.zeros(len(points))
 
     def emit(self, uniforms: np.ndarray, bounds: Bounds) -> Particles:
         """Particles of equal flux on the box's surface; uniforms (P, 4): face and origin 2, direction 2."""

@@ -25,8 +25,9 @@ _LAMBERT = 1e-6
 #: Edges whose directions have no larger cosine are perpendicular: single precision makes them no better.
 _PERPENDICULAR = 1e-6
 
-#: Below this solid angle in sr a rectangle is chosen from by area: there the other way loses its digits.
-_SMALL_SOLID_ANGLE = 1e-4
+#: Below this solid angle in sr of the edges' rectangle places are chosen by area: for a rectangle because the other way
+#: loses its digits there, for an ellipse because a quarter of the rectangle then goes to waste.
+_LEAST_SOLID_ANGLE = {"rectangle": 1e-4, "ellipse": 1.0}
 
 #: A point less than this many times the light's size in front of its plane lies in it, and is dark.
 _IN_PLANE = 1e-12
@@ -90,8 +91,9 @@ class AreaLight:
     def shadow_rays(self, points: np.ndarray, uniforms: np.ndarray) -> ShadowRays:
         """To the part of the light that its spread lets shine on the point.
 
-        Uniform by solid angle on a rectangle (:func:`..sampling.spherical_rectangle`), by area on any other shape and
-        where the solid angle is small. A parallel beam comes from straight behind: irradiance power / A within it.
+        Uniform by solid angle on a rectangle, or the one around an ellipse (:func:`..sampling.spherical_rectangle`), by
+        area where the solid angle is small or the edges are not perpendicular. A parallel beam comes from straight
+        behind: irradiance power / A within it.
         """
         offsets = points - self.centre
         normal = self.normal
@@ -141,17 +143,17 @@ class AreaLight:
         """
         lengths = np.linalg.norm([self.edge_u, self.edge_v], axis=1)
         way = low - foot + uniforms * (high - low)
-        area = (high - low).prod(axis=1) * (self.area / SHAPES[self.shape])
+        filled = (high - low).prod(axis=1)
+        area, solid_angle = filled * (self.area / SHAPES[self.shape]), np.zeros(len(foot))
+        if abs(self.edge_u @ self.edge_v) <= _PERPENDICULAR * lengths.prod():
+            place, solid_angle = spherical_rectangle((low - foot) * lengths, (high - foot) * lengths, height, uniforms)
+            solid_angle[solid_angle < _LEAST_SOLID_ANGLE[self.shape]] = 0.0
+            way = np.where(solid_angle[:, None] > 0.0, place / lengths, way)
         if self.shape == "ellipse":
-            area = np.where(self._covers(foot + way), area, 0.0)
-            whole = (high - low).prod(axis=1) > SHAPES["ellipse"]
+            whole = (solid_angle == 0.0) & (filled > SHAPES["ellipse"])
+            area = np.where(whole, self.area, np.where(self._covers(foot + way), area, 0.0))
             way = np.where(whole[:, None], 0.5 * disc(uniforms) - foot, way)
-            return way, np.where(whole, self.area, area), 0.0 * area
-        if abs(self.edge_u @ self.edge_v) > _PERPENDICULAR * lengths.prod():
-            return way, area, 0.0 * area
-        place, solid_angle = spherical_rectangle((low - foot) * lengths, (high - foot) * lengths, height, uniforms)
-        large = solid_angle > _SMALL_SOLID_ANGLE
-        return np.where(large[:, None], place / lengths, way), area, np.where(large, solid_angle, 0.0)
+        return way, area, solid_angle
 
     def flux(self, bounds: Bounds) -> np.ndarray:
         """Radiant flux (3,) in W."""

@@ -52,7 +52,9 @@ def find_input(node, identifier: str):
 def feed_of(socket, groups: tuple[bpy.types.Node, ...]) -> Feed:
     """What feeds the input ``socket`` of a node inside ``groups``."""
     while True:
-        link = next((link for link in socket.links if link.is_valid and not link.is_muted), None)
+        # Asking a socket for its links takes as long as the tree has links.
+        links = socket.links if socket.is_linked else ()
+        link = next((link for link in links if link.is_valid and not link.is_muted), None)
         if link is None:
             return Feed(socket, None, groups)
         node, source = link.from_node, link.from_socket

@@ -8,6 +8,7 @@ import numpy as np
 
 from .read_node_graph import Feed, feed_of, find_input
 from .read_values import Values, described
+from .remembered import Remembered
 
 #: what a surface without material reflects
 DEFAULT_ALBEDO = 0.8
@@ -51,11 +52,15 @@ class Shaders:
     def __init__(self, values: Values, left_out):
         self.values = values
         self.left_out = left_out
+        self._known = Remembered(in_a_loop=Response.of())
 
     def response(self, feed: Feed) -> Response:
         """What the shader that ``feed`` leads to does to light; black without one."""
         if feed.node is None:
             return Response.of()
+        return self._known.of(feed.key, lambda: self._evaluated(feed))
+
+    def _evaluated(self, feed: Feed) -> Response:
         rule = SHADER_RULES.get(feed.node.bl_idname)
         if rule is None:
             self.values.places.unknown(described(feed.node))

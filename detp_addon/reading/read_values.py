@@ -7,6 +7,7 @@ from typing import Protocol
 import numpy as np
 
 from .read_node_graph import Feed, feed_of, find_input
+from .remembered import Remembered
 
 #: Rec. 709 luminance, by which Cycles turns a colour into a number
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
@@ -49,7 +50,7 @@ class Values:
     def __init__(self, places: Places, rules: dict):
         self.places = places
         self._rules = rules
-        self._known: dict[tuple[int, ...], np.ndarray | None] = {}
+        self._known = Remembered(in_a_loop=None)
 
     def input(self, node, identifier: str, groups: tuple) -> np.ndarray:
         """The value of an input, converted to the input's type."""
@@ -68,9 +69,7 @@ class Values:
     def _value(self, feed: Feed) -> np.ndarray | None:
         if feed.node is None:
             return constant(feed.socket)
-        if feed.key not in self._known:
-            self._known[feed.key] = self._evaluated(feed)
-        return self._known[feed.key]
+        return self._known.of(feed.key, lambda: self._evaluated(feed))
 
     def _evaluated(self, feed: Feed) -> np.ndarray | None:
         rule = self._rules.get(feed.node.bl_idname)

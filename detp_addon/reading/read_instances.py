@@ -13,8 +13,8 @@ from .findings import Findings
 from .read_lights import read_light
 from .read_materials import Materials
 from .read_meshes import MeshSurface, read_mesh, respond
-from .read_shaders import Response
 from .read_world import world_colour
+from .response import Response
 
 #: kinds of objects that a render shows and that give no mesh
 _NO_MESH = {

@@ -11,14 +11,18 @@ from .read_colour_nodes import COLOUR_RULES
 from .read_images import Images
 from .read_input_nodes import INPUT_RULES
 from .read_node_graph import Feed, node_tree, output_feed
-from .read_shaders import DEFAULT_ALBEDO, Response, Shaders
+from .read_shaders import DEFAULT_ALBEDO, Shaders
 from .read_values import Values
+from .response import Response
 from .surface_places import PATCHES, Nowhere, Patches, Probe, WhereaboutsUnknown
 
 RULES = {**INPUT_RULES, **COLOUR_RULES}
 
 #: triangles evaluated at once
 _CHUNK = 1 << 14
+
+#: indices of refraction are brought into this range
+_IOR = (0.01, 100.0)
 
 #: how far rounding may push a share above 1 without a word
 _ROUNDING = 1e-4
@@ -28,16 +32,18 @@ _ROUNDING = 1e-4
 class Recipe:
     """How to find out what a material does to light.
 
-    name   of the material, "" for none
-    fixed  its response (1, 3 each) when no nodes make it
-    feed   of the output's surface otherwise, None when nothing is linked there
-    needs  the mesh data its nodes ask for; empty when it is the same everywhere
+    name      of the material, "" for none
+    fixed     its response (one row) when no nodes make it
+    feed      of the output's surface otherwise, None when nothing is linked there
+    needs     the mesh data its nodes ask for; empty when it is the same everywhere
+    specular  whether it may mirror or refract
     """
 
     name: str
     fixed: Response | None = None
     feed: Feed | None = None
     needs: frozenset[tuple[str, str]] = frozenset()
+    specular: bool = False
 
 
 class Materials:
@@ -66,7 +72,7 @@ class Materials:
                 self._findings.left_out(sentence, "material", material.name)
 
     def evaluate(self, recipe: Recipe, corners: dict[tuple[str, str], np.ndarray], count: int) -> Response:
-        """The mean response (count, 3 each) of each triangle, from the recipe's needs at its corners (count, 3, c)."""
+        """The mean response (count rows) of each triangle, from the recipe's needs at its corners (count, 3, c)."""
         if recipe.fixed is not None:
             return _repeated(recipe.fixed, count)
         if not recipe.needs:
@@ -76,7 +82,7 @@ class Materials:
             rows = slice(start, min(start + _CHUNK, count))
             raw = self._raw(recipe, {key: values[rows] for key, values in corners.items()})
             parts.append(self._physical(_triangle_means(raw, rows.stop - rows.start), recipe.name))
-        return Response(*(np.concatenate(arrays) for arrays in zip(*map(_arrays, parts), strict=True)))
+        return Response.joined(parts)
 
     def _raw(self, recipe: Recipe, corners) -> Response:
         def unknown(feature):
@@ -93,22 +99,36 @@ class Materials:
     def _physical(self, raw: Response, name: str) -> Response:
         """The response with shares brought into 0..1 and together to at most 1 in each channel."""
         findings = self._findings
-        unknown = ~np.isfinite(np.concatenate(_arrays(raw))).all()
-        if unknown:
+        if not all(np.isfinite(array).all() for array in raw.arrays):
             findings.warn("values that are not numbers count as grey or none in {}", "material", name)
         albedo = np.nan_to_num(raw.albedo, nan=DEFAULT_ALBEDO, posinf=1.0, neginf=0.0)
-        through = np.nan_to_num(raw.transmittance, nan=0.0, posinf=1.0, neginf=0.0)
         emission = np.nan_to_num(raw.emission, nan=0.0, posinf=0.0, neginf=0.0)
-        most = 1.0 + _ROUNDING
-        if max(albedo.max(initial=0.0), through.max(initial=0.0), (albedo + through).max(initial=0.0)) > most:
+        others = [raw.transmittance, raw.mirror, raw.gloss, raw.clear]
+        through, mirror, gloss, clear = (np.nan_to_num(share, nan=0.0, posinf=1.0, neginf=0.0) for share in others)
+        shares = [albedo, through, mirror, gloss, clear]
+        most = max(share.max(initial=0.0) for share in (*shares, _together(*shares)))
+        if most > 1.0 + _ROUNDING:
             findings.warn("colours that give off more light than arrives are scaled down in {}", "material", name)
-        albedo, through = np.clip(albedo, 0.0, 1.0), np.clip(through, 0.0, 1.0)
-        total = np.maximum(albedo + through, 1.0)
+        shares = [np.clip(share, 0.0, 1.0) for share in shares]
+        total = np.maximum(_together(*shares), 1.0)
+        albedo, through, mirror, gloss, clear = (share / total for share in shares)
         if emission.any():
             findings.modelled("emission of {}", "material", name)
         if through.any():
             findings.modelled("light passing straight through {}", "material", name)
-        return Response(albedo / total, emission, through / total)
+        if mirror.any():
+            findings.modelled("mirror reflection of {}", "material", name)
+        if clear.any() or gloss.any():
+            findings.modelled(
+                "refraction of {}, straight passage where it is a pane or an open sheet", "material", name
+            )
+        roughness = np.clip(np.nan_to_num(raw.roughness), 0.0, 1.0)
+        ior = np.clip(np.nan_to_num(raw.ior, nan=1.0), *_IOR)
+        return Response.of(albedo, emission, through, mirror, gloss, clear, roughness, ior)
+
+
+def _together(albedo, through, mirror, gloss, clear) -> np.ndarray:
+    return albedo + through + mirror + np.maximum(gloss, clear)
 
 
 def _recipe(material) -> Recipe:
@@ -121,22 +141,24 @@ def _recipe(material) -> Recipe:
         return Recipe(material.name, fixed=Response.of(transmittance=through))
     probe = Probe()
     with np.errstate(all="ignore"):
-        Shaders(Values(probe, RULES), lambda sentence: None).response(feed)
-    return Recipe(material.name, feed=feed, needs=frozenset(probe.attributes))
-
-
-def _arrays(response: Response) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    return response.albedo, response.emission, response.transmittance
+        shaders = Shaders(Values(probe, RULES), lambda sentence: None)
+        shaders.response(feed)
+    return Recipe(material.name, feed=feed, needs=frozenset(probe.attributes), specular=shaders.specular)
 
 
 def _repeated(response: Response, count: int) -> Response:
-    return Response(*(np.repeat(array, count, axis=0) for array in _arrays(response)))
+    return response.each(lambda array: np.repeat(array, count, axis=0))
 
 
 def _triangle_means(raw: Response, count: int) -> Response:
-    """Means (count, 3) over the patches of each triangle."""
-    shape = (count, len(PATCHES), 3)
-    return Response(*(np.broadcast_to(a, (count * len(PATCHES), 3)).reshape(shape).mean(axis=1) for a in _arrays(raw)))
+    """Means (count rows) over the patches of each triangle."""
+
+    def mean(array):
+        if len(array) == 1:
+            return np.repeat(array, count, axis=0)
+        return array.reshape(count, len(PATCHES), -1).mean(axis=1)
+
+    return raw.each(mean)
 
 
 def even_emission(tree) -> np.ndarray | None:

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from .findings import Findings
+from .glass_bodies import settled
 from .read_attributes import corner_values
 from .read_materials import Materials, Recipe
-from .read_shaders import Response
+from .response import Response
 from .triangle_geometry import has_area
 
 
@@ -23,6 +24,7 @@ class MeshSurface:
     kept        (T,) whether the triangle has finite vertices and an area
     recipe_rows (T,) which of ``recipes`` it has
     attributes  what the recipes need, one row per face corner
+    normals     (C, 3) of the face corners, None when no recipe mirrors or refracts
     """
 
     vertices: np.ndarray
@@ -32,6 +34,7 @@ class MeshSurface:
     recipes: tuple[Recipe, ...]
     recipe_rows: np.ndarray
     attributes: dict[tuple[str, str], np.ndarray]
+    normals: np.ndarray | None
 
 
 def read_mesh(mesh, slots: list, materials: Materials, findings: Findings, name: str) -> MeshSurface:
@@ -55,6 +58,7 @@ def read_mesh(mesh, slots: list, materials: Materials, findings: Findings, name:
         recipes,
         rows,
         {key: corner_values(mesh, key, corner_vertices, findings) for key in needs},
+        corner_normals(mesh) if any(recipe.specular for recipe in recipes) else None,
     )
 
 
@@ -65,6 +69,13 @@ def vertex_positions(mesh) -> np.ndarray:
     return values.astype(np.float64).reshape(-1, 3)
 
 
+def corner_normals(mesh) -> np.ndarray:
+    """The normal (C, 3) of each face corner, zero where it is not a number."""
+    values = np.empty(3 * len(mesh.loops), np.float32)
+    mesh.corner_normals.foreach_get("vector", values)
+    return np.nan_to_num(values.astype(np.float64).reshape(-1, 3))
+
+
 def corner_vertex_indices(mesh) -> np.ndarray:
     """The vertex (C,) of each face corner."""
     values = np.empty(len(mesh.loops), np.int32)
@@ -73,8 +84,8 @@ def corner_vertex_indices(mesh) -> np.ndarray:
 
 
 def respond(surfaces: list[MeshSurface], materials: Materials) -> list[Response]:
-    """What the triangles of each surface do to light, (T, 3) each; all triangles of a material at once."""
-    responses = [Response(*np.zeros((3, len(surface.triangles), 3))) for surface in surfaces]
+    """What the triangles of each surface do to light, T rows each; all triangles of a material at once."""
+    responses = [Response.none(len(surface.triangles)) for surface in surfaces]
     wearers: dict[int, tuple[Recipe, list]] = {}
     for surface, response in zip(surfaces, responses, strict=True):
         for row in np.unique(surface.recipe_rows):
@@ -90,11 +101,11 @@ def respond(surfaces: list[MeshSurface], materials: Materials) -> list[Response]
         start = 0
         for _, response, rows in parts:
             here = slice(start, start + len(rows))
-            response.albedo[rows] = whole.albedo[here]
-            response.emission[rows] = whole.emission[here]
-            response.transmittance[rows] = whole.transmittance[here]
+            for array, values in zip(response.arrays, whole.arrays, strict=True):
+                array[rows] = values[here]
             start = here.stop
-    return responses
+    pairs = zip(surfaces, responses, strict=True)
+    return [settled(response, surface.vertices, surface.triangles) for surface, response in pairs]
 
 
 def _recipes(mesh, slots: list, materials: Materials, count: int) -> tuple[tuple[Recipe, ...], np.ndarray]:

@@ -16,6 +16,7 @@ from .estimation_points import ElementPoints
 from .findings import Findings
 from .read_instances import RenderedObjects, read_instances
 from .read_shaders import DEFAULT_ALBEDO
+from .read_specular import joined_specular, specular_part
 from .render_view import view_as_render
 from .triangle_geometry import determinant, has_area
 from .world_picture import world_picture
@@ -143,28 +144,32 @@ def _world_light(read: RenderedObjects, context_scene, view_layer, findings: Fin
 
 def _scene(read: RenderedObjects, world: list[Light]) -> Scene:
     """Everything in world space, without the triangles that have no area there."""
-    vertices, triangles, kept = [np.zeros((0, 3))], [np.zeros((0, 3), np.int64)], []
-    start = 0
+    vertices, triangles, kept, specular = [np.zeros((0, 3))], [np.zeros((0, 3), np.int64)], [], []
+    start = count = 0
     for placement in read.placements:
         surface, matrix = read.surfaces[placement.surface], placement.matrix
+        response = read.responses[placement.surface]
         placed = surface.vertices @ matrix[:3, :3].T + matrix[:3, 3]
         volume = determinant(matrix)
         keeps = surface.kept
         if abs(volume) <= _FLAT * np.abs(matrix[:3, :3]).max() ** 3:
             keeps = keeps & has_area(placed[surface.triangles])
         # A mirrored object turns its triangles inside out.
-        corners = surface.triangles[keeps] if volume >= 0.0 else surface.triangles[keeps][:, ::-1]
+        order = [0, 1, 2] if volume >= 0.0 else [2, 1, 0]
+        corners = surface.triangles[keeps][:, order]
         vertices.append(placed)
         triangles.append(corners + start)
-        kept.append((read.responses[placement.surface], keeps))
+        kept.append((response, keeps))
+        specular.append(specular_part(surface, response, matrix, placed, keeps, order, count))
         start += len(placed)
+        count += len(corners)
 
     def joined(name: str) -> np.ndarray:
         return np.concatenate([np.zeros((0, 3)), *(getattr(response, name)[keeps] for response, keeps in kept)])
 
-    albedo, emission, transmittance = (joined(name) for name in ("albedo", "emission", "transmittance"))
+    optics = (joined(name) for name in ("albedo", "emission", "transmittance"))
     lights = (*read.lights, *world)
-    scene = Scene(np.concatenate(vertices), np.concatenate(triangles), albedo, emission, transmittance, lights)
+    scene = Scene(np.concatenate(vertices), np.concatenate(triangles), *optics, lights, joined_specular(specular))
     if not scene.lights and not scene.emission.any():
         raise NoLightError("Nothing in the scene gives light: add a light, an emissive material or a world colour.")
     return scene
@@ -177,7 +182,7 @@ def _targets(read: RenderedObjects, domain: str) -> tuple[tuple[BakeTarget, ...]
     for target in read.targets:
         points, response = target.points, read.responses[target.surface]
         rows = np.where(points.rows >= 0, points.rows + start, -1)
-        albedo = _element_means(points, response.albedo, DEFAULT_ALBEDO)
+        albedo = _element_means(points, response.colour, DEFAULT_ALBEDO)
         emission = _element_means(points, response.emission, 0.0)
         targets.append(BakeTarget(target.object_name, target.library, target.mesh_name, domain, rows, albedo, emission))
         points_of.append((points.centres, points.normals, points.inward))

@@ -1,66 +1,34 @@
-"""Turns shader nodes into what they do to diffuse light: reflect it, give it off, let it through."""
+"""Turns shader nodes into what they do to light: reflect it, give it off, let it through, mirror and refract it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from .glass_bodies import straightened
 from .read_node_graph import Feed, feed_of, find_input
 from .read_values import Values, described
-from .remembered import Remembered
+from .response import Response
 
 #: what a surface without material reflects
 DEFAULT_ALBEDO = 0.8
 
 
-@dataclass(frozen=True)
-class Response:
-    """What a shader does to light, each (m or 1, 3), RGB.
-
-    albedo         share reflected diffusely
-    emission       radiance given off, W/(m^2 sr)
-    transmittance  share that goes straight on
-    """
-
-    albedo: np.ndarray
-    emission: np.ndarray
-    transmittance: np.ndarray
-
-    @classmethod
-    def of(cls, albedo=0.0, emission=0.0, transmittance=0.0) -> Response:
-        """A response from arrays (m, 3) or single numbers for all channels."""
-        return cls(*(np.atleast_2d(value) * np.ones((1, 3)) for value in (albedo, emission, transmittance)))
-
-    def scaled(self, share: np.ndarray) -> Response:
-        """This response by a ``share`` (m or 1, 1) of the surface."""
-        return Response(self.albedo * share, self.emission * share, self.transmittance * share)
-
-    def plus(self, other: Response) -> Response:
-        """Both responses together."""
-        return Response(
-            self.albedo + other.albedo, self.emission + other.emission, self.transmittance + other.transmittance
-        )
-
-
 class Shaders:
     """Reads the response of shader sockets from the ``values`` of their inputs.
 
-    ``left_out`` is called with each feature that is met and not modelled.
+    ``left_out`` is called with each feature that is met and not modelled. Attribute ``specular``: whether a shader was
+    met that may mirror or refract.
     """
 
     def __init__(self, values: Values, left_out):
         self.values = values
         self.left_out = left_out
-        self._known = Remembered(in_a_loop=Response.of())
+        self.specular = False
 
     def response(self, feed: Feed) -> Response:
         """What the shader that ``feed`` leads to does to light; black without one."""
         if feed.node is None:
             return Response.of()
-        return self._known.of(feed.key, lambda: self._evaluated(feed))
-
-    def _evaluated(self, feed: Feed) -> Response:
         rule = SHADER_RULES.get(feed.node.bl_idname)
         if rule is None:
             self.values.places.unknown(described(feed.node))
@@ -91,23 +59,27 @@ def _principled(shaders: Shaders, node, groups) -> Response:
     base, metallic, alpha = value("Base Color"), np.clip(value("Metallic"), 0, 1), np.clip(value("Alpha"), 0, 1)
     clear = np.clip(value("Transmission Weight"), 0, 1) * (1 - metallic)
     emission = value("Emission Color") * value("Emission Strength")
-    _note_principled(shaders, node, groups)
+    _note_principled(shaders, node, groups, bool((metallic + clear).min() < 1))
     thin = find_input(node, "Thin Wall")
+    thin = thin is not None and bool(thin.default_value)
     # A light ray enters and leaves a solid, and each passage tints it by the root of the base colour.
-    tint = np.maximum(base, 0) if thin is not None and thin.default_value else np.sqrt(np.maximum(base, 0))
-    opaque = Response(*np.broadcast_arrays(base * (1 - clear), emission, tint * clear))
-    return opaque.scaled(alpha).plus(Response.of(transmittance=1 - alpha))
+    tint = np.maximum(base, 0) if thin else np.sqrt(np.maximum(base, 0))
+    roughness = value("Roughness")
+    opaque = Response.of(base * (1 - metallic - clear), emission, mirror=base * metallic, roughness=roughness)
+    glass = Response.of(gloss=clear, clear=clear * tint, roughness=roughness, ior=value("IOR"))
+    whole = opaque.plus(straightened(glass, sheet=True) if thin else glass)
+    shaders.specular |= shaders.used(node, "Metallic", groups) or shaders.used(node, "Transmission Weight", groups)
+    return whole.scaled(alpha).plus(Response.of(transmittance=1 - alpha))
 
 
-def _note_principled(shaders: Shaders, node, groups) -> None:
+def _note_principled(shaders: Shaders, node, groups, partly_diffuse: bool) -> None:
     notes = {
-        "Metallic": "metallic reflection of {}, which counts as diffuse",
-        "Transmission Weight": "refraction of {}, through which light goes straight on",
-        "Specular IOR Level": "specular reflection of {}",
         "Subsurface Weight": "subsurface scattering of {}, which counts as diffuse",
         "Coat Weight": "coat of {}",
         "Sheen Weight": "sheen of {}",
     }
+    if partly_diffuse:
+        notes |= {"Specular IOR Level": "highlights on the diffuse part of {}"}
     for name, sentence in notes.items():
         if shaders.used(node, name, groups):
             shaders.left_out(sentence)
@@ -133,6 +105,31 @@ def _as_passage(feature: str):
     return rule
 
 
+def _glossy(shaders: Shaders, node, groups) -> Response:
+    return _metal(shaders, node, groups, shaders.values.input(node, "Color", groups))
+
+
+def _metallic(shaders: Shaders, node, groups) -> Response:
+    if getattr(node, "fresnel_type", "") != "PHYSICAL_CONDUCTOR":
+        return _metal(shaders, node, groups, shaders.values.input(node, "Base Color", groups))
+    ior, extinction = (shaders.values.input(node, name, groups) for name in ("IOR", "Extinction"))
+    return _metal(shaders, node, groups, ((ior - 1) ** 2 + extinction**2) / ((ior + 1) ** 2 + extinction**2))
+
+
+def _metal(shaders: Shaders, node, groups, colour) -> Response:
+    shaders.specular = True
+    if shaders.used(node, "Anisotropy", groups):
+        shaders.left_out("direction of the brush marks on {}")
+    return Response.of(mirror=colour, roughness=shaders.values.input(node, "Roughness", groups))
+
+
+def _glass(shaders: Shaders, node, groups) -> Response:
+    # Refraction without reflection exists in Blender only; together they are the glass that it is used to build.
+    shaders.specular = True
+    colour, roughness, ior = (shaders.values.input(node, name, groups) for name in ("Color", "Roughness", "IOR"))
+    return Response.of(gloss=colour, clear=colour, roughness=roughness, ior=ior)
+
+
 def _transparent(shaders: Shaders, node, groups) -> Response:
     return Response.of(transmittance=shaders.values.input(node, "Color", groups))
 
@@ -156,20 +153,17 @@ def _black(shaders: Shaders, node, groups) -> Response:
     return Response.of()
 
 
-_GLOSSY = "glossy reflection of {}, which counts as diffuse"
-_GLASS = "refraction of {}, through which light goes straight on"
-
 SHADER_RULES = {
     "ShaderNodeBsdfPrincipled": _principled,
     "ShaderNodeBsdfDiffuse": _diffuse,
     "ShaderNodeBsdfToon": _as_diffuse("Color", "toon shading of {}, which counts as diffuse"),
     "ShaderNodeBsdfSheen": _as_diffuse("Color", "sheen of {}, which counts as diffuse"),
     "ShaderNodeSubsurfaceScattering": _as_diffuse("Color", "subsurface scattering of {}, which counts as diffuse"),
-    "ShaderNodeBsdfGlossy": _as_diffuse("Color", _GLOSSY),
-    "ShaderNodeBsdfAnisotropic": _as_diffuse("Color", _GLOSSY),
-    "ShaderNodeBsdfMetallic": _as_diffuse("Base Color", _GLOSSY),
-    "ShaderNodeBsdfGlass": _as_passage(_GLASS),
-    "ShaderNodeBsdfRefraction": _as_passage(_GLASS),
+    "ShaderNodeBsdfGlossy": _glossy,
+    "ShaderNodeBsdfAnisotropic": _glossy,
+    "ShaderNodeBsdfMetallic": _metallic,
+    "ShaderNodeBsdfGlass": _glass,
+    "ShaderNodeBsdfRefraction": _glass,
     "ShaderNodeBsdfTranslucent": _as_passage("translucency of {}, through which light goes straight on"),
     "ShaderNodeBsdfTransparent": _transparent,
     "ShaderNodeEmission": _emission,

@@ -1,0 +1,94 @@
+"""What a surface does to light, in a form that can be mixed, added and averaged."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Response:
+    """What a shader does to light at m places or everywhere alike: (m or 1, 3), RGB, or (m or 1, 1) each.
+
+    albedo         share reflected diffusely
+    emission       radiance given off, W/(m^2 sr)
+    transmittance  share that goes straight on
+    mirror         share reflected as by a metal
+    gloss          share that the boundary of a clear body handles, in the tint of what it reflects
+    clear          the same share, in the tint of what it lets in or out
+    blur           roughness of what mirrors or refracts, times its share
+    bend           index of refraction, times the share of the clear boundary
+
+    All of them add up where responses do.
+    """
+
+    albedo: np.ndarray
+    emission: np.ndarray
+    transmittance: np.ndarray
+    mirror: np.ndarray
+    gloss: np.ndarray
+    clear: np.ndarray
+    blur: np.ndarray
+    bend: np.ndarray
+
+    @classmethod
+    def of(
+        cls, albedo=0.0, emission=0.0, transmittance=0.0, mirror=0.0, gloss=0.0, clear=0.0, roughness=0.0, ior=1.0
+    ) -> Response:
+        """A response from arrays (m, 3 or 1) or single numbers."""
+        colours = [np.atleast_2d(v) * np.ones((1, 3)) for v in (albedo, emission, transmittance, mirror, gloss, clear)]
+        glass = _glass(*colours[4:])
+        return cls(*colours, roughness * (colours[3].mean(axis=1, keepdims=True) + glass), ior * glass)
+
+    @classmethod
+    def none(cls, count: int) -> Response:
+        """The response of ``count`` black places, whose arrays can be written to."""
+        return cls(*(np.zeros((count, 1 if field.name in ("blur", "bend") else 3)) for field in fields(cls)))
+
+    @property
+    def colour(self) -> np.ndarray:
+        """The share (m, 3) reflected diffusely or as by a metal, in whose colour it is shown."""
+        return self.albedo + self.mirror
+
+    @property
+    def roughness(self) -> np.ndarray:
+        """Blender's roughness (m, 1) of what mirrors or refracts, 0 without any."""
+        return _ratio(self.blur, self.mirror.mean(axis=1, keepdims=True) + _glass(self.gloss, self.clear), 0.0)
+
+    @property
+    def ior(self) -> np.ndarray:
+        """Index of refraction (m, 1), 1 where nothing refracts."""
+        return _ratio(self.bend, _glass(self.gloss, self.clear), 1.0)
+
+    @property
+    def arrays(self) -> tuple[np.ndarray, ...]:
+        """All fields in their order."""
+        return tuple(getattr(self, field.name) for field in fields(self))
+
+    def scaled(self, share: np.ndarray) -> Response:
+        """This response by a ``share`` (m or 1, 1) of the surface."""
+        return Response(*(array * share for array in self.arrays))
+
+    def plus(self, other: Response) -> Response:
+        """Both responses together."""
+        return Response(*(mine + theirs for mine, theirs in zip(self.arrays, other.arrays, strict=True)))
+
+    def each(self, change) -> Response:
+        """The response with every array replaced by ``change(array)``."""
+        return Response(*map(change, self.arrays))
+
+    @staticmethod
+    def joined(parts: list[Response]) -> Response:
+        """All places of ``parts`` in their order; ``parts`` holds at least one."""
+        return Response(*(np.concatenate(arrays) for arrays in zip(*(part.arrays for part in parts), strict=True)))
+
+
+def _glass(gloss: np.ndarray, clear: np.ndarray) -> np.ndarray:
+    """How much (m, 1) of the surface is a clear boundary, whatever its tints."""
+    return 0.5 * (gloss + clear).mean(axis=1, keepdims=True)
+
+
+def _ratio(part: np.ndarray, whole: np.ndarray, otherwise: float) -> np.ndarray:
+    part, whole = np.broadcast_arrays(part, whole)
+    return np.where(whole > 0, part / np.where(whole > 0, whole, 1.0), otherwise)

@@ -7,6 +7,7 @@ import numpy as np
 from .glass_bodies import straightened
 from .read_node_graph import Feed, feed_of, find_input
 from .read_values import Values, described
+from .remembered import Remembered
 from .response import Response
 
 #: what a surface without material reflects
@@ -24,11 +25,15 @@ class Shaders:
         self.values = values
         self.left_out = left_out
         self.specular = False
+        self._known = Remembered(in_a_loop=Response.of())
 
     def response(self, feed: Feed) -> Response:
         """What the shader that ``feed`` leads to does to light; black without one."""
         if feed.node is None:
             return Response.of()
+        return self._known.of(feed.key, lambda: self._evaluated(feed))
+
+    def _evaluated(self, feed: Feed) -> Response:
         rule = SHADER_RULES.get(feed.node.bl_idname)
         if rule is None:
             self.values.places.unknown(described(feed.node))

@@ -21,6 +21,9 @@ PILOT_POINTS = 2000
 #: Rounds of shadow rays from these points.
 PILOT_ROUNDS = 2
 
+#: Indirect light alone may have this many times the target error, so that it is smooth where no direct light hides it.
+INDIRECT_ALLOWANCE = 3.0
+
 #: The automatic radius stays within these shares of the scene's radius: below, rounding would show; above, blur.
 SMALLEST_SHARE = 1e-5
 LARGEST_SHARE = 0.05
@@ -33,7 +36,8 @@ def choose_radius(
 
     A pilot trace measures the relative standard error e0 with n0 particles at radius d0. The flux through a disc
     grows as d^2 n, hence e = e0 (d0/d) sqrt(n0/n), solved for d. Light that shadow rays will bring counts in the
-    irradiance, but not in the error. ``centres`` and ``normals`` are (N, 3).
+    irradiance, but not in the error; the indirect light alone may then have INDIRECT_ALLOWANCE times the target.
+    ``centres`` and ``normals`` are (N, 3).
     """
     size = scene.bounds.radius
     pilot_radius = LARGEST_SHARE * size
@@ -51,9 +55,10 @@ def choose_radius(
     for crossings in gatherer.crossings(segments):
         accumulator.add(crossings)
     light = accumulator.estimate().irradiance
+    error = light.relative_error
     if settings.direct_by == "shadow-rays":
         light += _certain_light(DirectLight(scene, caster, placed.origins, placed.discs.normals, settings))
-    error = light.relative_error
+        error = np.fmax(error / INDIRECT_ALLOWANCE, light.relative_error)
     if not (np.isfinite(error) and error > 0):
         return pilot_radius
     radius = pilot_radius * error / settings.target_error * np.sqrt(PILOT_PHOTONS / settings.photon_count)

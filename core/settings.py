@@ -95,4 +95,4 @@ class BakeSettings:
     @property
     def direct_by(self) -> str:
         """How direct light is found, one of DIRECT_LIGHT."""
-        return self.direct or "photons"
+        return self.direct or ("photons" if self.estimator == "plain" else "shadow-rays")

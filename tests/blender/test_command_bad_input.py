@@ -171,7 +171,7 @@ def test_edit_mode_costs_only_its_object(tmp_path, capsys):
 def test_vertices_that_are_not_numbers(tmp_path, capsys):
     broken = grid("Broken")
     broken.data.vertices[5].co = (float("nan"), 0, float("inf"))
-    grid("Whole", location=(0, 0, 0.5))
+    grid("Whole", location=(3, 0, 0.5))
     lamp()
     path = saved(tmp_path / "scene.blend")
     assert "Broken" in warned(path, capsys)

@@ -58,7 +58,8 @@ def test_progress_goes_from_reading_to_writing():
     assert all(0 <= step.fraction <= 1 for step in progress)
     assert all(step.remaining is None or step.remaining >= 0 for step in progress)
     assert (report.scene, report.output, report.objects) == ("Scene", None, 2)
-    assert report.seconds["total"] >= sum(report.seconds[stage] for stage in ("export", "trace", "gather", "write"))
+    stages = ("export", "shadow", "trace", "gather", "write")
+    assert report.seconds["total"] >= sum(report.seconds[stage] for stage in stages)
 
 
 def test_closing_it_at_any_step_leaves_everything_as_it_was():

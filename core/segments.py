@@ -16,12 +16,14 @@ class Segments:
              hit), or a point outside everything for a segment that leaves the scene
     flux     (S, 3) W, RGB; a whole batch of segments is scaled to the scene's full power
     bounce   (S,)   uint16, reflections before this segment: 0 for light straight from a source
+    particle (S,)   uint32, number of the particle whose path it is a part of; None where each is one of its own
     """
 
     origins: np.ndarray
     ends: np.ndarray
     flux: np.ndarray
     bounce: np.ndarray
+    particle: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.origins)
@@ -32,12 +34,14 @@ class Segments:
 
     def taken(self, rows) -> Segments:
         """The segments of the given rows (index array, slice or mask)."""
-        return Segments(self.origins[rows], self.ends[rows], self.flux[rows], self.bounce[rows])
+        particle = None if self.particle is None else self.particle[rows]
+        return Segments(self.origins[rows], self.ends[rows], self.flux[rows], self.bounce[rows], particle)
 
     @property
     def direct(self) -> Segments:
         """Those straight from a light."""
-        return self.taken(np.flatnonzero(self.bounce == 0))
+        # A straight way crosses a disc once.
+        return replace(self.taken(np.flatnonzero(self.bounce == 0)), particle=None)
 
     @property
     def indirect(self) -> Segments:
@@ -47,5 +51,7 @@ class Segments:
     @staticmethod
     def joined(parts: list[Segments]) -> Segments:
         """All segments of ``parts`` in their order; ``parts`` holds at least one."""
-        names = ("origins", "ends", "flux", "bounce")
+        names = ["origins", "ends", "flux", "bounce"]
+        if all(part.particle is not None for part in parts):
+            names.append("particle")
         return Segments(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})

@@ -58,22 +58,26 @@ class PhotonTracer:
         self._emission = Emission(scene, bounds)
         self.emitted_flux = self._emission.flux
 
-    def trace(self, particles: int, generator: np.random.Generator) -> TracedPhotons:
-        """Follow ``particles`` from emission to absorption; their segments carry the scene's full power together."""
+    def trace(self, particles: int, generator: np.random.Generator, first: int = 0) -> TracedPhotons:
+        """Follow ``particles`` from emission to absorption; their segments carry the scene's full power together.
+
+        The particles are numbered from ``first`` on.
+        """
         emitted = self._emission.emit(particles, generator)
         directions, flux, start = emitted.directions, emitted.flux, emitted.start
         # Lights may lie in a surface: an emissive triangle always does, an area light under a ceiling often.
         origins = emitted.origins + EMISSION_LIFT * self._caster.tolerance * directions
         bounce, passages = np.zeros(particles, np.uint16), np.zeros(particles, np.uint16)
+        particle = np.arange(first, first + particles, dtype=np.uint32)
         parts, cut = [], np.zeros(3)
         while len(origins):
             hits = self._caster.first_hits(origins, directions)
             rows = np.flatnonzero(hits.triangle >= 0)
-            segments = Segments(origins, self._ends(origins, directions, hits, rows), flux, bounce)
+            segments = Segments(origins, self._ends(origins, directions, hits, rows), flux, bounce, particle)
             if start is not None:
                 shining = start < np.linalg.norm(segments.ends - origins, axis=1)
                 begins = origins + start[:, None] * directions
-                segments = Segments(begins, segments.ends, flux, bounce).taken(shining)
+                segments = Segments(begins, segments.ends, flux, bounce, particle).taken(shining)
                 rows, start = rows[shining[rows]], None
             parts.append(segments if self._direct else segments.taken(np.flatnonzero(segments.bounce)))
 
@@ -84,6 +88,7 @@ class PhotonTracer:
             cut += flux[limit].sum(axis=0)
             alive = np.flatnonzero((fate != ABSORBED) & ~limit)
             rows, fate, flux = rows.take(alive), fate.take(alive), flux.take(alive, axis=0)
+            particle = particle.take(rows)
             bounce = bounce.take(rows) + (fate != PASSED).astype(np.uint16)
             passages = passages.take(rows) + (fate == PASSED).astype(np.uint16)
             origins, directions = self._onward(hits, rows, directions.take(alive, axis=0), fate, generator)

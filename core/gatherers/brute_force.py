@@ -9,6 +9,7 @@ import numpy as np
 from ..crossing import crosses
 from ..discs import TangentDiscs
 from ..segments import Segments
+from .counts import Counts
 from .gatherer import Crossings
 from .streams import in_lanes, portions
 
@@ -29,8 +30,11 @@ class BruteForce:
         self._centres, self._normals = np.ascontiguousarray(discs.centres.T).T, np.ascontiguousarray(discs.normals.T).T
         self._radii = discs.radii
 
-    def crossings(self, segments: Segments) -> Iterator[Crossings]:
+    def crossings(self, segments: Segments, counts: Counts | None = None) -> Iterator[Crossings]:
         """Yield all crossings of ``segments``, each pair once, in chunks of bounded size."""
+        if counts is not None:
+            counts.note("segments", len(segments))
+            counts.note("tests", len(segments) * len(self._radii))
         return in_lanes(len(segments), SEGMENTS * 64, lambda rows: portions(self._found(segments, rows), 8))
 
     def _found(self, segments: Segments, rows: slice) -> Iterator[Crossings]:

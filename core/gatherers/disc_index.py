@@ -8,14 +8,15 @@ from ..discs import TangentDiscs
 from ..errors import InvalidSettingError
 from ..segments import Segments
 from ..space_filling import curve_order
+from .counts import Counts
 from .disc_grid import DiscGrid, fitting_cell, wanted_cell
 from .disc_search import DiscSearch
 from .disc_tree import DiscTree
-from .exact_test import ExactTest, columns
+from .exact_test import ExactTest, columns, path_rows
 from .gatherer import Crossings
 from .streams import in_lanes, portions
 
-SEGMENTS = 1 << 17  # most segments that walk the index together
+SEGMENTS = 1 << 16  # most segments that walk the index together
 INDEXES: dict[str, Callable[[TangentDiscs], DiscSearch]] = {"grid": DiscGrid, "tree": DiscTree}
 # From here on the grid's cells, enlarged to fit into memory, hold so many discs that the tree is faster.
 COARSE = 8.0
@@ -44,18 +45,25 @@ class DiscIndex:
         make = INDEXES.get(index, index)
         self._search: DiscSearch | None = make(discs.taken(self._order)) if len(discs) else None
 
-    def crossings(self, segments: Segments) -> Iterator[Crossings]:
+    def crossings(self, segments: Segments, counts: Counts | None = None) -> Iterator[Crossings]:
         """Yield all crossings of ``segments``, each pair once, in chunks of bounded size."""
         if self._search is None:
             return iter(())
-        return in_lanes(len(segments), SEGMENTS, lambda rows: portions(self._found(segments, rows), 12))
+        return in_lanes(len(segments), SEGMENTS, lambda rows: portions(self._found(segments, rows, counts), 12))
 
-    def _found(self, segments: Segments, rows: slice) -> Iterator[Crossings]:
-        origins, ends = columns(segments, rows)
-        for candidates in self._search.candidates(origins, ends):
-            hit, time = self._test(origins, ends, candidates.segment, candidates.disc)
-            found = (hit & (candidates.first <= time) & (time < candidates.last)).nonzero()[0]
-            yield Crossings(rows.start + candidates.segment.take(found), self._order.take(candidates.disc.take(found)))
+    def _found(self, segments: Segments, rows: slice, counts: Counts | None) -> Iterator[Crossings]:
+        if counts is not None:
+            counts.note("segments", rows.stop - rows.start)
+        paths = path_rows(segments, rows)
+        for some in self._search.candidates(*columns(segments, rows), counts):
+            found, time = self._test(paths, some.segment.take(some.stretch), some.disc, counts)
+            stretch = some.stretch.take(found)
+            if some.first is not None:
+                inside = (some.first.take(stretch) <= time) & (time < some.last.take(stretch))
+                found, stretch = found[inside], stretch[inside]
+            if counts is not None:
+                counts.note("crossings", len(found))
+            yield Crossings(rows.start + some.segment.take(stretch), self._order.take(some.disc.take(found)))
 
 
 def favoured_index(discs: TangentDiscs) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..discs import TangentDiscs
 from .balanced_tree import BRANCHES, BalancedTree
+from .counts import Counts
 from .disc_bounds import extents, frame_around, sides
 from .disc_search import Candidates
 from .empty_boxes import ANY_WAY, directions, facing_octants, octants_of
@@ -42,27 +43,26 @@ class DiscTree:
         octants = tree.bounds(facing_octants(discs.normals)[:, None], np.bitwise_or)[:, 0]
         self._boxes = _mirrored_boxes(low, high, octants)
 
-    def candidates(self, origins: np.ndarray, ends: np.ndarray) -> Iterator[Candidates]:
+    def candidates(self, origins: np.ndarray, ends: np.ndarray, counts: Counts | None = None) -> Iterator[Candidates]:
         """Descend the tree with the segments from origins to ends (3, S), in metres; yield what may be crossed."""
         pieces = self._frame.pieces(origins, ends)
         held: list[Stretches] = []
-        for leaves in self._leaves(pieces):
+        for leaves in self._leaves(pieces, counts):
             held.append(leaves)
             if sum(map(len, held)) >= BLOCK:
-                yield from self._within(pieces, held)
+                yield from self._within(pieces, held, counts)
                 held = []
         if held:
-            yield from self._within(pieces, held)
+            yield from self._within(pieces, held, counts)
 
-    def _within(self, pieces: Pieces, held: list[Stretches]) -> Iterator[Candidates]:
+    def _within(self, pieces: Pieces, held: list[Stretches], counts: Counts | None) -> Iterator[Candidates]:
         stretches = Stretches.joined(held)
-        for row, disc in self._patches.candidates(pieces, stretches):
-            segment = pieces.segment.take(stretches.piece.take(row))
+        segment = pieces.segment.take(stretches.piece)
+        for row, disc in self._patches.candidates(pieces, stretches, counts):
             # A disc is in one leaf alone, so its crossing counts wherever it lies.
-            nowhere = np.broadcast_to(np.inf, len(row))
-            yield Candidates(segment, disc, -nowhere, nowhere)
+            yield Candidates(row, disc, segment)
 
-    def _leaves(self, pieces: Pieces) -> Iterator[Stretches]:
+    def _leaves(self, pieces: Pieces, counts: Counts | None) -> Iterator[Stretches]:
         """Descend depth first, in blocks of pairs, so that only the blocks beside the path are waiting."""
         octant = octants_of(pieces.step)
         offset = np.where(directions(pieces.step) == ANY_WAY, 8 + octant, octant) * len(self._child)
@@ -71,7 +71,10 @@ class DiscTree:
         starts = [np.arange(begin, min(begin + BLOCK, count)) for begin in range(0, count, BLOCK)]
         waiting = [(piece, np.full(len(piece), root)) for piece in starts for root in self._roots]
         while waiting:
-            met = self._met(rays, offset, *_last_pairs(waiting))
+            piece, node = _last_pairs(waiting)
+            if counts is not None:
+                counts.note("nodes", len(node))
+            met = self._met(rays, offset, piece, node)
             child = self._child.take(met.patch)
             leaves = met.taken(np.flatnonzero(child < 0))
             if len(leaves):

@@ -6,6 +6,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from ..parallel import ordered_map
+
 ANY_WAY = 8  # the last box: for directions almost parallel to an axis plane, centred at its cell
 SIDES = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)
 # Components of normals below this count as zero. So that no crossing is lost, directions with a component
@@ -54,12 +56,14 @@ def empty_boxes(cells: np.ndarray, octants: np.ndarray, shape: np.ndarray) -> np
         start = np.flatnonzero(np.diff(cells, prepend=-1))
         seen[cells[start]] = np.bitwise_or.reduceat(octants, start)
     seen = seen.reshape(shape[::-1])
-    boxes = np.zeros((ANY_WAY + 1, *seen.shape), np.uint8)
-    for octant in range(ANY_WAY):
-        mirror = tuple(slice(None, None, -1 if octant >> axis & 1 else 1) for axis in (2, 1, 0))
-        boxes[octant] = _grown(np.ascontiguousarray(((seen >> octant) & 1 == 0)[mirror]), both=False)[mirror]
-    boxes[ANY_WAY] = _grown(seen == 0, both=True)
-    return boxes.ravel()
+
+    def grown(box: int) -> np.ndarray:
+        if box == ANY_WAY:
+            return _grown(seen == 0, both=True)
+        mirror = tuple(slice(None, None, -1 if box >> axis & 1 else 1) for axis in (2, 1, 0))
+        return _grown(np.ascontiguousarray(((seen >> box) & 1 == 0)[mirror]), both=False)[mirror]
+
+    return np.concatenate([box.ravel() for box in ordered_map(grown, range(ANY_WAY + 1))])
 
 
 def _grown(empty: np.ndarray, both: bool) -> np.ndarray:

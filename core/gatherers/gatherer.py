@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from ..segments import Segments
+from .counts import Counts
 
 
 @dataclass(frozen=True)
@@ -34,9 +35,9 @@ class Gatherer(Protocol):
 
     name: str
 
-    def crossings(self, segments: Segments) -> Iterator[Crossings]:
+    def crossings(self, segments: Segments, counts: Counts | None = None) -> Iterator[Crossings]:
         """Yield all crossings, each pair once, in chunks of bounded size and in any order.
 
-        The chunks and their order do not depend on the number of threads.
+        The chunks and their order do not depend on the number of threads. ``counts`` notes what was done.
         """
         ...

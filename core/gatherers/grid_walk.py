@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from .counts import Counts
 from .empty_boxes import directions
 from .local_frame import Pieces
 
@@ -16,7 +17,9 @@ _OVERSTEP = np.float32(1e-3)  # cells beyond a box's face that a step ends: more
 _LARGE = np.float32(1e30)
 
 
-def walk(boxes: np.ndarray, shape: np.ndarray, pieces: Pieces) -> Iterator[tuple[np.ndarray, ...]]:
+def walk(
+    boxes: np.ndarray, shape: np.ndarray, pieces: Pieces, counts: Counts | None = None
+) -> Iterator[tuple[np.ndarray, ...]]:
     """Visit the cells that ``pieces`` pass and whose box in ``boxes`` is 0, see :func:`.empty_boxes.empty_boxes`.
 
     Cell i reaches from i - 1/2 to i + 1/2 in the pieces' units. Yields, many at a time, the piece (R,) int64,
@@ -48,6 +51,8 @@ def walk(boxes: np.ndarray, shape: np.ndarray, pieces: Pieces) -> Iterator[tuple
         index += cell[0]
         index = index.astype(np.int64)
         side = boxes.take(index + offset)
+        if counts is not None:
+            counts.note("nodes", np.count_nonzero(now < 1))
         # A box of side k ends k - 1/2 cells from its cell's middle; an occupied cell is left at its own face.
         reach = np.maximum(side, 1).astype(np.float32)
         reach -= np.float32(0.5) - _OVERSTEP

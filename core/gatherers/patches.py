@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..parallel import ordered_map
+from .counts import Counts
 from .local_frame import MARGIN, LocalFrame, Pieces
 from .ranges import blocks, expanded_blocks
 
@@ -70,40 +72,35 @@ class Patches:
         """Bound the groups ``member[start[k]:start[k + 1]]`` of ``discs``; no group is empty."""
         centres, radii = frame.local(discs.centres), discs.radii / frame.unit
         count = np.diff(start, append=len(member))
-        normal = np.empty((3, len(start)), np.float32)
-        low, high, tilt = (np.empty(len(start), np.float32) for _ in range(3))
-        for rows in blocks(count, 1 << 18):
-            groups, begin = member[start[rows.start] : start[rows.stop - 1] + count[rows.stop - 1]], start[rows]
-            begin = begin - begin[0]
-            normals = discs.normals[groups]
-            mean = np.add.reduceat(normals, begin, axis=0)
-            length = np.linalg.norm(mean, axis=1)[:, None]
-            # Normals that cancel have no mean: any direction bounds them, if less tightly.
-            mean = np.where(length > 1e-6, mean / np.maximum(length, 1e-6), [0.0, 0.0, 1.0])
-            # The rounded axis is the one that is used, so bound the discs along that one.
-            normal[:, rows] = mean.T
-            mean = np.repeat(normal[:, rows].T.astype(np.float64), count[rows], axis=0)
-            cosine = (mean * normals).sum(axis=1)
-            middle = (mean * centres[groups]).sum(axis=1)
-            half = radii[groups] * np.sqrt(np.maximum((mean * mean).sum(axis=1) - cosine**2, 0.0)) + MARGIN
-            low[rows] = np.minimum.reduceat(middle - half, begin)
-            high[rows] = np.maximum.reduceat(middle + half, begin)
-            smallest = np.minimum.reduceat(cosine, begin)
-            tilt[rows] = np.where(smallest > 0.0, np.sqrt(np.maximum(1.0 - smallest**2, 0.0)), 1.0) + 1e-3
-        balls = np.column_stack([centres, radii]).astype(np.float32)
-        return cls(start, count, member, normal, low, high, tilt, balls)
+        columns = np.column_stack([discs.normals, centres, radii]).T.copy()
 
-    def candidates(self, pieces: Pieces, stretches: Stretches) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        def bounded(rows: slice) -> tuple[np.ndarray, ...]:
+            groups = member[start[rows.start] : start[rows.stop - 1] + count[rows.stop - 1]]
+            return _slabs(columns.take(groups, axis=1), start[rows] - start[rows.start], count[rows])
+
+        slabs = [
+            np.concatenate(parts, axis=-1) for parts in zip(*ordered_map(bounded, blocks(count, 1 << 17)), strict=True)
+        ]
+        balls = np.column_stack([centres, radii]).astype(np.float32)
+        return cls(start, count, member, *slabs, balls)
+
+    def candidates(
+        self, pieces: Pieces, stretches: Stretches, counts: Counts | None = None
+    ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Yield rows of ``stretches`` and discs that may cross there, in bounded pairs of arrays (C,) int64."""
         for begin in range(0, len(stretches), RECORDS):
             some = stretches.taken(slice(begin, begin + RECORDS))
-            kept, balls = self.narrowed(pieces, some)
-            for row, disc in self.within(some.patch.take(kept), balls):
+            kept, balls = self.narrowed(pieces, some, counts)
+            for row, disc in self.within(some.patch.take(kept), balls, counts):
                 yield begin + kept.take(row), disc
 
-    def within(self, patch: np.ndarray, balls: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    def within(
+        self, patch: np.ndarray, balls: np.ndarray, counts: Counts | None = None
+    ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Yield which rows of ``patch`` and ``balls`` (R, 4), as from :meth:`narrowed`, reach which members."""
         for row, place in expanded_blocks(self.start.take(patch), self.count.take(patch), CANDIDATES):
+            if counts is not None:
+                counts.note("discs", len(place))
             disc = self.member.take(place).astype(np.int64)
             gap = self.balls.take(disc, axis=0)
             gap -= balls.take(row, axis=0)
@@ -113,12 +110,16 @@ class Patches:
             near = (distance <= gap[:, 3]).nonzero()[0]
             yield row.take(near), disc.take(near)
 
-    def narrowed(self, pieces: Pieces, stretches: Stretches) -> tuple[np.ndarray, np.ndarray]:
+    def narrowed(
+        self, pieces: Pieces, stretches: Stretches, counts: Counts | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
         """The rows that meet their patch's slab from the front, and a ball around what is inside the slab.
 
         The balls (R, 4) hold the centre and minus the radius, so that subtracting them from a disc's ball
         gives the vector between the centres and the sum of the radii.
         """
+        if counts is not None:
+            counts.note("patches", len(stretches))
         patch = stretches.patch
         normal = self.normal.take(patch, axis=1)
         start, step = pieces.start.take(stretches.piece, axis=1), pieces.step.take(stretches.piece, axis=1)
@@ -139,6 +140,23 @@ class Patches:
         np.add(start.take(kept, axis=1), middle * step.take(kept, axis=1), out=ball[:, :3].T)
         ball[:, 3] = (middle - last) * reach.take(kept) - np.float32(2 * MARGIN)
         return kept, ball
+
+
+def _slabs(discs: np.ndarray, begin: np.ndarray, count: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Normal, low, high and tilt of the groups begin : begin + count of ``discs`` (7, E): normal, centre, radius."""
+    mean = np.add.reduceat(discs[:3], begin, axis=1)
+    length = np.sqrt(_dot(mean, mean))
+    # Normals that cancel have no mean: any direction bounds them, if less tightly.
+    mean = np.where(length > 1e-6, mean / np.maximum(length, 1e-6), [[0.0], [0.0], [1.0]])
+    # The rounded axis is the one that is used, so bound the discs along that one.
+    normal = mean.astype(np.float32)
+    mean = np.repeat(normal.astype(np.float64), count, axis=1)
+    cosine, middle = _dot(mean, discs[:3]), _dot(mean, discs[3:6])
+    half = discs[6] * np.sqrt(np.maximum(_dot(mean, mean) - cosine**2, 0.0)) + MARGIN
+    low, high = np.minimum.reduceat(middle - half, begin), np.maximum.reduceat(middle + half, begin)
+    smallest = np.minimum.reduceat(cosine, begin)
+    tilt = np.where(smallest > 0.0, np.sqrt(np.maximum(1.0 - smallest**2, 0.0)), 1.0) + 1e-3
+    return normal, low.astype(np.float32), high.astype(np.float32), tilt.astype(np.float32)
 
 
 def _dot(one: np.ndarray, other: np.ndarray) -> np.ndarray:

@@ -10,8 +10,9 @@ from ..discs import TangentDiscs
 from ..errors import InvalidSettingError
 from ..segments import Segments
 from ..space_filling import curve_order
+from .counts import Counts
 from .disc_bounds import frame_around
-from .exact_test import ExactTest, columns
+from .exact_test import ExactTest, columns, path_rows
 from .gatherer import Crossings
 from .local_frame import MARGIN, Pieces
 from .patches import Patches, Stretches
@@ -60,22 +61,25 @@ class SphereCache:
         served = expanded(plan.begin, count)[1].astype(np.int32)
         self._patches = Patches.of(self._frame, discs, served, np.cumsum(count) - count)
 
-    def crossings(self, segments: Segments) -> Iterator[Crossings]:
+    def crossings(self, segments: Segments, counts: Counts | None = None) -> Iterator[Crossings]:
         """Yield all crossings of ``segments``, each pair once, in chunks of bounded size."""
         if len(self._order) == 0:
             return iter(())
-        return in_lanes(len(segments), SEGMENTS, lambda rows: portions(self._found(segments, rows), 12))
+        return in_lanes(len(segments), SEGMENTS, lambda rows: portions(self._found(segments, rows, counts), 12))
 
-    def _found(self, segments: Segments, rows: slice) -> Iterator[Crossings]:
-        origins, ends = columns(segments, rows)
-        pieces = self._frame.pieces(origins, ends)
-        for served in self._innermost_lists(pieces):
-            for row, disc in self._patches.candidates(pieces, served):
+    def _found(self, segments: Segments, rows: slice, counts: Counts | None) -> Iterator[Crossings]:
+        if counts is not None:
+            counts.note("segments", rows.stop - rows.start)
+        paths, pieces = path_rows(segments, rows), self._frame.pieces(*columns(segments, rows))
+        for served in self._innermost_lists(pieces, counts):
+            for row, disc in self._patches.candidates(pieces, served, counts):
                 segment = pieces.segment.take(served.piece.take(row))
-                found = self._test(origins, ends, segment, disc)[0].nonzero()[0]
+                found = self._test(paths, segment, disc, counts)[0]
+                if counts is not None:
+                    counts.note("crossings", len(found))
                 yield Crossings(rows.start + segment.take(found), self._order.take(disc.take(found)))
 
-    def _innermost_lists(self, pieces: Pieces) -> Iterator[Stretches]:
+    def _innermost_lists(self, pieces: Pieces, counts: Counts | None) -> Iterator[Stretches]:
         """Walk the plan depth first and yield the entries of the lists that serve discs, many lists together."""
         length = np.maximum(pieces.reach**2, np.finfo(np.float32).tiny)
         rays = np.concatenate([pieces.start, pieces.step, 1.0 / length[None]])
@@ -85,7 +89,11 @@ class SphereCache:
         while waiting:
             sphere, listed = waiting.pop()
             if self._plan.children[sphere] and len(listed) * self._served[sphere] > SHORT:
-                waiting += reversed(list(self._inner_lists(rays.take(listed, axis=1), sphere, listed)))
+                inner = list(self._inner_lists(rays.take(listed, axis=1), sphere, listed))
+                if counts is not None:
+                    counts.note("lists", self._plan.children[sphere])
+                    counts.note("nodes", self._plan.children[sphere] * len(listed))
+                waiting += reversed(inner)
                 continue
             held.append((sphere, listed))
             entries += len(listed)

@@ -66,16 +66,21 @@ def sphere_starts(centres, radii, begin, end, radius: float) -> np.ndarray:
     """
     starts = np.zeros(len(centres), bool)
     starts[begin] = True
-    centre, row = begin, begin + 1
+    centre, row, columns = begin, begin + 1, centres.T.copy()
     active = (row < end).nonzero()[0]
     centre, row, end = centre[active], row[active], end[active]
     while len(row):
         ahead = row[:, None] + np.arange(max(4, min(SCANNED // len(row), len(centres))))
         inside = ahead < end[:, None]
         np.minimum(ahead, len(centres) - 1, out=ahead)
-        away = centres[ahead]
-        away -= centres[centre, None]
-        reach = np.sqrt((away * away).sum(axis=2)) + radii[ahead]
+        reach = 0.0
+        for column in columns:
+            away = column.take(ahead)
+            away -= column.take(centre)[:, None]
+            away *= away
+            reach = reach + away
+        np.sqrt(reach, out=reach)
+        reach += radii.take(ahead)
         leaves = np.where((radii[centre] <= radius)[:, None], reach > radius, radii[ahead] <= radius) & inside
         left = leaves.any(axis=1)
         first = np.take_along_axis(ahead, leaves.argmax(axis=1)[:, None], axis=1)[:, 0]

@@ -10,6 +10,7 @@ import numpy as np
 
 from .direct_light import DirectLight
 from .discs import TangentDiscs
+from .enclosure import hidden_points
 from .errors import NoMeshError
 from .estimate import Accumulator, Irradiance, IrradianceEstimate
 from .gatherers.choose import make_gatherer
@@ -162,10 +163,12 @@ def bake(
                     accumulator.add(crossings)
                 yield Progress("Gathering", fraction, light)
             estimates[kind] = estimate.merged(accumulator.estimate())
+    direct = estimates["direct"].irradiance if by_photons else direct
+    indirect = estimates["indirect"].irradiance if settings.indirect else Irradiance.dark(len(discs))
     return BakeResult(
-        direct=estimates["direct"].irradiance if by_photons else direct,
-        indirect=estimates["indirect"].irradiance if settings.indirect else Irradiance.dark(len(discs)),
-        hidden=placed.area.hidden,
+        direct=direct,
+        indirect=indirect,
+        hidden=hidden_points(placed.area, (direct + indirect).value),
         radius=radius,
         gatherer=gatherer.name,
         reason=reason,

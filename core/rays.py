@@ -36,7 +36,7 @@ class Hits:
 
 
 class RayCaster:
-    """Casts rays at triangles (T, 3 corners, 3), metres.
+    """Casts rays at triangles (T, 3 corners, 3), metres, which stay in the attribute ``corners``.
 
     Attribute ``tolerance``, metres: origins must be at least so far off a surface not to hit it again, and a hit is
     exact to about that distance.
@@ -44,7 +44,7 @@ class RayCaster:
 
     def __init__(self, corners: np.ndarray):
         bounds = Bounds.of(corners.reshape(-1, 3))
-        self._corners = corners
+        self.corners = corners
         self._centre = bounds.centre
         self._scale = 1.0 / bounds.radius if bounds.radius > 0 else 1.0
         self.tolerance = RELATIVE_TOLERANCE / self._scale
@@ -85,7 +85,7 @@ class RayCaster:
         triangle = result["primID"].astype(np.int64)
         u = result["u"].astype(np.float64)[:, None]
         v = result["v"].astype(np.float64)[:, None]
-        corners = self._corners[triangle]
+        corners = self.corners[triangle]
         first = corners[:, 0]
         return triangle, first + u * (corners[:, 1] - first) + v * (corners[:, 2] - first)
 

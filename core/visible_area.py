@@ -8,11 +8,12 @@ only crossings inside this outline count, and they are divided by its area.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from .discs import TangentDiscs
+from .enclosure import Enclosure
 from .gatherers.gatherer import Crossings
 from .rays import RayCaster
 from .sampling import frames
@@ -45,12 +46,14 @@ class VisibleArea:
     areas    (N,) m^2 inside the outline; the whole disc's where nothing stands in the way
     partial  (N,) whether anything does
     hidden   (N,) whether so little is left that the point has no light of its own
+    enclosed (N,) whether the point looks at the insides of closed geometry (see core/enclosure.py)
     """
 
     reach: np.ndarray
     areas: np.ndarray
     partial: np.ndarray
     hidden: np.ndarray
+    enclosed: np.ndarray
 
     def kept(self, discs: TangentDiscs, segments: Segments, crossings: Crossings) -> Crossings:
         """The ``crossings`` that lie inside the outlines."""
@@ -84,7 +87,7 @@ class VisibleDiscs:
     def joined(parts: list[VisibleDiscs]) -> VisibleDiscs:
         """All discs of ``parts`` in their order; ``parts`` holds at least one."""
         discs = [[getattr(part.discs, name) for part in parts] for name in ("centres", "normals", "radii")]
-        area = [[getattr(part.area, name) for part in parts] for name in ("reach", "areas", "partial", "hidden")]
+        area = [[getattr(part.area, field.name) for part in parts] for field in fields(VisibleArea)]
         origins = np.concatenate([part.origins for part in parts])
         return VisibleDiscs(TangentDiscs(*map(np.concatenate, discs)), VisibleArea(*map(np.concatenate, area)), origins)
 
@@ -101,6 +104,7 @@ def visible_discs(caster: RayCaster, discs: TangentDiscs, inward: np.ndarray | N
     inward = inward - np.einsum("ij,ij->i", inward, discs.normals)[:, None] * discs.normals
     share = np.minimum(nudge / np.maximum(np.linalg.norm(inward, axis=1), nudge), 0.5)
     based = discs.centres + share[:, None] * inward
+    enclosure = Enclosure(caster)
     for start in range(0, len(discs), POINTS_PER_CHUNK):
         rows = slice(start, start + POINTS_PER_CHUNK)
         normals, radii = discs.normals[rows], discs.radii[rows]
@@ -113,14 +117,17 @@ def visible_discs(caster: RayCaster, discs: TangentDiscs, inward: np.ndarray | N
         areas = np.where(partial, _outline_area(reach), whole)
         hidden = areas < SMALLEST_SHARE * whole
         lifted = TangentDiscs(based[rows] + lifts[:, None] * normals, normals, radii)
-        area = VisibleArea(reach, np.where(hidden, whole, areas), partial, hidden)
-        yield VisibleDiscs(lifted, area, based[rows] + least[:, None] * normals)
+        origins = based[rows] + least[:, None] * normals
+        enclosed = enclosure.enclosed(origins, normals)
+        yield VisibleDiscs(
+            lifted, VisibleArea(reach, np.where(hidden, whole, areas), partial, hidden, enclosed), origins
+        )
 
 
 def whole_discs(caster: RayCaster, discs: TangentDiscs) -> Iterator[VisibleDiscs]:
     """The ``discs`` (N) as they are, seen as a whole: the plain estimator. Shadow rays start just off their centres."""
-    everywhere = np.zeros(len(discs), bool)
-    area = VisibleArea(np.empty((len(discs), 0)), discs.areas, everywhere, everywhere)
+    nowhere = np.zeros(len(discs), bool)
+    area = VisibleArea(np.empty((len(discs), 0)), discs.areas, nowhere, nowhere, nowhere)
     yield VisibleDiscs(discs, area, discs.centres + 8 * caster.tolerance * discs.normals)
 
 
@@ -130,6 +137,10 @@ def _lifted(caster, centres, normals, radii, least, headroom) -> tuple[np.ndarra
     reach = _reach(caster, centres + lifts[:, None] * normals, normals, radii)
     areas = _outline_area(reach)
     rows = np.flatnonzero(areas < np.pi * radii**2 / GAIN)
+    # From where the disc lies now, too: aside of a point in a wedge the other side is nearer.
+    above = lifts[rows] + _headroom(caster, centres[rows] + lifts[rows, None] * normals[rows], normals[rows])
+    headroom = headroom.copy()
+    headroom[rows] = np.minimum(headroom[rows], above)
     for share in LIFTS:
         rows = rows[share * radii[rows] < 0.5 * headroom[rows]]
         lift = share * radii[rows]

@@ -15,36 +15,42 @@ QUANTITIES = {
 }
 
 
+#: Colours are carried at most so many edges far; what lies deeper inside other geometry nobody sees.
+MOST_RINGS = 200
+
+#: the least weight of a corner, as an angle in radians, and of an edge, as a share of the mesh's size
+_LEAST = 1e-6
+
+
 @dataclass(frozen=True)
 class Faces:
-    """Which element each face corner takes its colour from.
+    """The faces of a mesh, and whether colours belong to their corners or to the vertices.
 
-    corner_face     (C,) the face of each corner
-    corner_element  (C,) the element (corner or vertex) of each corner
+    corner_face    (C,) the face of each corner; the corners of a face follow each other around it
+    corner_vertex  (C,) the vertex of each corner
+    positions      (V, 3) of the vertices
+    by_vertex      whether the M elements that have colours are the V vertices; otherwise they are the C corners
     """
 
     corner_face: np.ndarray
-    corner_element: np.ndarray
+    corner_vertex: np.ndarray
+    positions: np.ndarray
+    by_vertex: bool
 
 
 def spread(values: np.ndarray, rows: np.ndarray, faces: Faces) -> np.ndarray:
-    """The rows of ``values`` (N, 3) that belong to each element: (M, 3) for ``rows`` (M,), -1 for "none".
+    """The colours (M, 3) of a mesh's elements, from the rows (C,) of ``values`` (N, 3) at its corners, -1 for "none".
 
-    An element without a row takes the mean of the valid elements of its faces, else the mean of all valid
-    elements, else zero.
+    A vertex takes the mean of its corners that have a row, by their angles: what the faces around it show, and not
+    what a plane between them would. Elements without any are filled from their neighbours in rings over the mesh.
     """
-    valid = rows >= 0
+    known = rows >= 0
     result = np.zeros((len(rows), 3))
-    result[valid] = values[rows[valid]]
-    if valid.all() or not valid.any():
-        return result
-    corner_valid = valid[faces.corner_element]
-    face_mean, face_known = _means(result[faces.corner_element], faces.corner_face, corner_valid)
-    around, known = _means(face_mean[faces.corner_face], faces.corner_element, face_known[faces.corner_face], len(rows))
-    result[~valid] = result[valid].mean(axis=0)
-    fill = ~valid & known
-    result[fill] = around[fill]
-    return result
+    result[known] = values[rows[known]]
+    if faces.by_vertex:
+        weights = np.where(known, _angles(faces), 0.0)
+        result, known = _means(result, faces.corner_vertex, weights, len(faces.positions))
+    return result if known.all() or not known.any() else _filled(result, known, faces)
 
 
 def quantity_values(quantity: str, irradiance: np.ndarray, albedo: np.ndarray, emission: np.ndarray) -> np.ndarray:
@@ -56,9 +62,60 @@ def quantity_values(quantity: str, irradiance: np.ndarray, albedo: np.ndarray, e
     return albedo * irradiance / np.pi + emission
 
 
-def _means(values: np.ndarray, groups: np.ndarray, counted: np.ndarray, size: int = 0):
-    """Mean (G, 3) of the ``counted`` rows of each group, and which groups have one."""
-    size = max(size, int(groups.max()) + 1)
-    members = np.bincount(groups[counted], minlength=size)
-    sums = np.stack([np.bincount(groups[counted], values[counted, channel], size) for channel in range(3)], axis=1)
-    return sums / np.maximum(members, 1)[:, None], members > 0
+def _filled(values: np.ndarray, known: np.ndarray, faces: Faces) -> np.ndarray:
+    """The ``values`` (M, 3) of the elements, with those that are not ``known`` (M,) taken from their neighbours.
+
+    Ring by ring along the edges of each face, near neighbours weighing more; when no face can be filled any more, from
+    the other faces at a vertex. What no ring reaches takes the mean of all that was known.
+    """
+    values, reached = values.copy(), known.copy()
+    following, _ = _neighbours(faces)
+    ends = np.stack([np.arange(len(following)), following])
+    lengths = np.linalg.norm(np.subtract(*faces.positions[faces.corner_vertex[ends]]), axis=1)
+    weights = np.tile(1.0 / np.maximum(lengths, _LEAST * max(lengths.max(), 1e-300)), 2)
+    if faces.by_vertex:
+        ends = faces.corner_vertex[ends]
+    targets, sources = np.concatenate([ends, ends[::-1]], axis=1)
+    for _ in range(MOST_RINGS):
+        open_ends = ~reached[targets]
+        targets, sources, weights = targets[open_ends], sources[open_ends], weights[open_ends]
+        live = reached[sources]
+        if live.any():
+            means, found = _means(values[sources[live]], targets[live], weights[live], len(values))
+        elif not faces.by_vertex:
+            means, found = _means(values, faces.corner_vertex, reached.astype(float), len(faces.positions))
+            means, found = means[faces.corner_vertex], found[faces.corner_vertex] & ~reached
+        else:
+            break
+        if not found.any():
+            break
+        values[found] = means[found]
+        reached |= found
+    values[~reached] = values[known].mean(axis=0)
+    return values
+
+
+def _neighbours(faces: Faces) -> tuple[np.ndarray, np.ndarray]:
+    """The next and the last corner (C,) around the face of each corner."""
+    count = len(faces.corner_face)
+    first = np.flatnonzero(np.diff(faces.corner_face, prepend=-1))
+    last = np.append(first[1:], count) - 1
+    following, before = np.arange(1, count + 1), np.arange(-1, count - 1)
+    following[last[: len(first)]], before[first] = first, last[: len(first)]
+    return following, before
+
+
+def _angles(faces: Faces) -> np.ndarray:
+    """The angle (C,) in radians of the face at each corner."""
+    following, before = _neighbours(faces)
+    places = faces.positions[faces.corner_vertex]
+    ahead, back = places[following] - places, places[before] - places
+    across = np.linalg.norm(np.cross(ahead, back), axis=1)
+    return np.maximum(np.arctan2(across, np.einsum("ij,ij->i", ahead, back)), _LEAST)
+
+
+def _means(values: np.ndarray, groups: np.ndarray, weights: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]:
+    """Mean (size, 3) of the ``values`` (K, 3) of each group by ``weights`` (K,), and which groups have one."""
+    sums = np.stack([np.bincount(groups, weights * values[:, channel], size) for channel in range(3)], axis=1)
+    total = np.bincount(groups, weights, size)
+    return sums / np.where(total > 0, total, 1.0)[:, None], total > 0

@@ -14,6 +14,7 @@ import numpy as np
 
 from ..core.ambient_occlusion import ambient_occlusion
 from ..core.bake import BakeResult, bake
+from ..core.enclosure import unlit
 from ..core.errors import DetpError, InvalidSettingError, UnwritableFileError
 from ..core.settings import BakeSettings
 from .chosen_objects import chosen_objects
@@ -100,7 +101,9 @@ def bake_scene(
 
     yield JobProgress("Writing the colours", 1.0)
     writing = time.perf_counter()
-    targets = [_without_hidden(target, result.hidden) for target in targets]
+    # A covered face that is dark belongs to things that touch; one that has light stands back to back with another.
+    hidden = result.hidden | (export.covered[rows] & unlit(result.irradiance))
+    targets = [_without_hidden(target, hidden) for target in targets]
     colours, gone = _colours(targets, result, request)
     notes = write_colours(colours, request.domain, request.attribute if request.activate else None)
     end = time.perf_counter()
@@ -185,7 +188,7 @@ def _baked(export: ExportedScene, rows: np.ndarray, request: BakeRequest) -> Gen
 
 
 def _without_hidden(target: BakeTarget, hidden: np.ndarray) -> BakeTarget:
-    """The target with no point for elements whose point (of N) is ``hidden``, so that their neighbours fill them."""
+    """The target with no point for corners whose point (of N) is ``hidden``, so that their neighbours fill them."""
     buried = (target.point_rows >= 0) & hidden[target.point_rows]
     return replace(target, point_rows=np.where(buried, -1, target.point_rows))
 
@@ -198,7 +201,7 @@ def _colours(
     parts = (result.irradiance, result.direct.value, result.indirect.value)
     for target in targets:
         obj = _object(target)
-        if obj is None or obj.type != "MESH" or element_count(obj.data, request.domain) != len(target.point_rows):
+        if obj is None or obj.type != "MESH" or element_count(obj.data, request.domain) != len(target.albedo):
             gone.append(f"'{target.object_name}' was changed during the bake, so its colours were not written.")
             continue
         refusal = _obstacle(obj, request)

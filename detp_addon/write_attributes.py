@@ -64,13 +64,15 @@ def element_count(mesh: bpy.types.Mesh, domain: str) -> int:
 
 
 def faces_of(mesh: bpy.types.Mesh, domain: str) -> Faces:
-    """The faces of a mesh outside Edit Mode, with the elements of the domain at their corners."""
+    """The faces of a mesh outside Edit Mode, whose corners or vertices have the colours of the domain."""
     sizes = np.empty(len(mesh.polygons), np.int32)
     mesh.polygons.foreach_get("loop_total", sizes)
-    corners = np.arange(len(mesh.loops), dtype=np.int32)
-    if domain == "POINT":
-        mesh.loops.foreach_get("vertex_index", corners)
-    return Faces(np.repeat(np.arange(len(sizes)), sizes), corners)
+    vertices = np.empty(len(mesh.loops), np.int32)
+    mesh.loops.foreach_get("vertex_index", vertices)
+    positions = np.empty(3 * len(mesh.vertices), np.float32)
+    mesh.vertices.foreach_get("co", positions)
+    places = np.nan_to_num(positions.astype(float), posinf=0.0, neginf=0.0).reshape(-1, 3)
+    return Faces(np.repeat(np.arange(len(sizes)), sizes), vertices, places, domain == "POINT")
 
 
 def write_colours(colours: list[MeshColours], domain: str, shown: str | None = None) -> list[str]:

@@ -1,4 +1,4 @@
-"""Places the estimation points: where irradiance is wanted for each corner or vertex of a mesh."""
+"""Places the estimation points: where irradiance is wanted for each face corner of a mesh."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from .nearest_surface import nearest_places
 from .read_meshes import MeshSurface, corner_vertex_indices, vertex_positions
-from .surface_normals import element_normals, face_directions
+from .surface_normals import corner_normals, face_directions
 from .triangle_geometry import cross, dots, normal_matrix, safe_unit
 
 #: steps into which a normal's components are cut when corners with equal normals are put together
@@ -28,63 +28,51 @@ _MOVES_VERTICES = {
 
 
 @dataclass(frozen=True)
-class ElementPoints:
-    """The estimation points of one mesh object, in world space.
+class CornerPoints:
+    """The estimation points of one mesh object, in world space; corners of one vertex and one normal share a point.
 
-    rows       (E,) the point of each element of the original mesh, -1 for none
+    vertices   (C,) the vertex of each face corner of the original mesh
+    rows       (C,) the point of each corner, -1 for none
     centres    (N, 3) metres; normals (N, 3) unit
-    inward     (N, 3) metres, from each point to the middle of the triangles that show its colour: into its own faces
-    elements   (P,) and triangles (P,): which triangles of the evaluated surface show the colour of which element
+    corners    (P,) and triangles (P,): which triangles of the evaluated surface show the colour of which corner
+    matrix     (4, 4) takes the surface to the world
     nearest    whether modifiers changed the mesh, so that points are the nearest ones of the surface
     """
 
+    vertices: np.ndarray
     rows: np.ndarray
     centres: np.ndarray
     normals: np.ndarray
-    inward: np.ndarray
-    elements: np.ndarray
+    corners: np.ndarray
     triangles: np.ndarray
+    matrix: np.ndarray
     nearest: bool
 
 
-def place_points(obj, evaluated, surface: MeshSurface, matrix: np.ndarray, domain: str) -> ElementPoints:
-    """Points for the corners or vertices (``domain`` CORNER or POINT) of the original mesh of ``obj``.
+def place_points(obj, evaluated, surface: MeshSurface, matrix: np.ndarray) -> CornerPoints:
+    """Points for the face corners of the original mesh of ``obj``.
 
     ``evaluated`` is its mesh after modifiers, read into ``surface``, and ``matrix`` (4, 4) takes it to the world.
-    An element of a mesh whose corners modifiers kept is where they put it; otherwise it is the nearest place of the
-    surface. Elements without a direction (loose vertices, faces without area) have no point.
+    A corner of a mesh whose corners modifiers kept is where they put it; otherwise it is the nearest place of the
+    surface. Corners without a direction (faces without area) have no point.
     """
     original = obj.data
-    vertex_of = _vertex_of_elements(original, domain)
+    vertices = corner_vertex_indices(original)
     same = _same_corners(original, evaluated)
     if same:
-        positions = surface.vertices[vertex_of]
-        normals, valid = element_normals(evaluated, surface, domain)
-        elements = (surface.triangles if domain == "POINT" else surface.corners).ravel()
+        positions = surface.vertices[vertices]
+        normals, valid = corner_normals(evaluated, surface)
+        corners = surface.corners.ravel()
         triangles = np.repeat(np.arange(len(surface.triangles)), 3)
     else:
-        positions, normals, triangles = _on_changed_surface(obj, evaluated, surface, domain, vertex_of)
+        positions, normals, triangles = _on_changed_surface(obj, evaluated, surface, vertices)
         valid = triangles >= 0
-        elements, triangles = np.flatnonzero(valid), triangles[valid]
+        corners, triangles = np.flatnonzero(valid), triangles[valid]
     centres = positions @ matrix[:3, :3].T + matrix[:3, 3]
     normals, directed = safe_unit(normals @ normal_matrix(matrix).T)
     valid = valid & directed & np.isfinite(centres).all(axis=1)
-    rows, first = _shared(vertex_of, normals, valid)
-    middles = surface.vertices[surface.triangles[triangles]].mean(axis=1) @ matrix[:3, :3].T + matrix[:3, 3]
-    inward = _inward(centres[first], rows[elements], middles)
-    return ElementPoints(rows, centres[first], normals[first], inward, elements, triangles, not same)
-
-
-def _inward(centres: np.ndarray, rows: np.ndarray, middles: np.ndarray) -> np.ndarray:
-    """Mean (N, 3) of what leads from each of ``centres`` (N, 3) to the ``middles`` (P, 3) of the rows' triangles."""
-    used = np.flatnonzero(rows >= 0)
-    away, rows = middles[used] - centres[rows[used]], rows[used]
-    sums = [np.bincount(rows, away[:, axis], len(centres)) for axis in range(3)]
-    return np.stack(sums, axis=1) / np.maximum(np.bincount(rows, minlength=len(centres)), 1)[:, None]
-
-
-def _vertex_of_elements(mesh, domain: str) -> np.ndarray:
-    return corner_vertex_indices(mesh) if domain == "CORNER" else np.arange(len(mesh.vertices))
+    rows, first = _shared(vertices, normals, valid)
+    return CornerPoints(vertices, rows, centres[first], normals[first], corners, triangles, matrix, not same)
 
 
 def _same_corners(original, evaluated) -> bool:
@@ -93,18 +81,18 @@ def _same_corners(original, evaluated) -> bool:
     return counts[0] == counts[1] and np.array_equal(*map(corner_vertex_indices, (original, evaluated)))
 
 
-def _on_changed_surface(obj, evaluated, surface: MeshSurface, domain: str, vertex_of: np.ndarray):
-    """Positions, normals and triangles (-1 for none) of the elements on a surface that has other faces."""
+def _on_changed_surface(obj, evaluated, surface: MeshSurface, vertex_of: np.ndarray):
+    """Positions, normals and triangles (-1 for none) of the corners on a surface that has other faces."""
     original = obj.data
     kinds = {modifier.type for modifier in obj.modifiers if modifier.show_render}
     kept = kinds <= _KEEPS_VERTICES | _MOVES_VERTICES and len(surface.vertices) >= len(original.vertices)
     before = surface.vertices[: len(original.vertices)] if kept else vertex_positions(original)
     turned = kept and (kinds & _MOVES_VERTICES or original.shape_keys is not None)
-    wanted = _original_normals(original, domain)
+    wanted = _stored_normals(original)
     if turned:
         # Bones have turned the surface, so the normals of the rest pose say nothing about it.
         wanted = np.zeros_like(wanted)
-    # Elements that ask for the same place ask once.
+    # Corners that ask for the same place ask once.
     rows, first = _shared(vertex_of, wanted, np.ones(len(vertex_of), bool))
     triangles, places = nearest_places(surface, before[vertex_of[first]], wanted[first])
     found = triangles >= 0
@@ -113,10 +101,9 @@ def _on_changed_surface(obj, evaluated, surface: MeshSurface, domain: str, verte
     return places[rows], normals[rows], triangles[rows]
 
 
-def _original_normals(mesh, domain: str) -> np.ndarray:
-    source = mesh.corner_normals if domain == "CORNER" else mesh.vertex_normals
-    values = np.empty(3 * len(source), np.float32)
-    source.foreach_get("vector", values)
+def _stored_normals(mesh) -> np.ndarray:
+    values = np.empty(3 * len(mesh.loops), np.float32)
+    mesh.corner_normals.foreach_get("vector", values)
     return np.nan_to_num(values.astype(np.float64).reshape(-1, 3))
 
 
@@ -126,15 +113,15 @@ def _interpolated_normals(mesh, surface: MeshSurface, triangles: np.ndarray, pla
     flat = face_directions(surface)[triangles]
     areas = [dots(cross(corners[:, (k + 1) % 3] - places, corners[:, (k + 2) % 3] - places), flat) for k in range(3)]
     weights = np.maximum(np.stack(areas, axis=1), 0.0)
-    at_corners = _original_normals(mesh, "CORNER")[surface.corners[triangles]]
+    at_corners = _stored_normals(mesh)[surface.corners[triangles]]
     smooth, valid = safe_unit(np.einsum("ek,eki->ei", weights, at_corners))
     agrees = valid & (dots(smooth, flat) > 0.0)
     return np.where(agrees[:, None], smooth, flat)
 
 
 def _shared(vertex_of: np.ndarray, normals: np.ndarray, valid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Put elements of one vertex and one normal together: the row (E,) of each, -1 if invalid, and the rows' first
-    elements (N,), sorted by vertex and normal.
+    """Put corners of one vertex and one normal together: the row (C,) of each, -1 if invalid, and the rows' first
+    corners (N,), sorted by vertex and normal.
     """
     chosen = np.flatnonzero(valid)
     steps = np.rint(np.nan_to_num(normals[chosen]) * _STEPS).astype(np.int64) + _STEPS

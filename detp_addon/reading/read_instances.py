@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 
 from ...core.lights.light import Light
-from .estimation_points import ElementPoints, place_points
+from .estimation_points import CornerPoints, place_points
 from .findings import Findings
 from .read_lights import read_light
 from .read_materials import Materials
@@ -41,8 +41,9 @@ class TargetPoints:
     object_name: str
     library: str | None
     mesh_name: str
+    vertex_count: int
     surface: int
-    points: ElementPoints
+    points: CornerPoints
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,7 @@ class RenderedObjects:
     world: bpy.types.World | None = None
 
 
-def read_instances(depsgraph, wanted: set | None, domain: str, findings: Findings) -> RenderedObjects:
+def read_instances(depsgraph, wanted: set | None, findings: Findings) -> RenderedObjects:
     """Read all objects of an evaluated scene; ``wanted`` are the original objects to bake, None for all meshes."""
     layer = depsgraph.view_layer_eval
     world = getattr(layer, "world_override", None) or depsgraph.scene_eval.world
@@ -91,7 +92,7 @@ def read_instances(depsgraph, wanted: set | None, domain: str, findings: Finding
         if key not in rows:
             rows[key] = len(read.surfaces)
             read.surfaces.append(read_mesh(obj.data, slots, materials, findings, obj.name))
-        _add_mesh(read, instance, rows[key], matrix, wanted, domain, findings)
+        _add_mesh(read, instance, rows[key], matrix, wanted, findings)
     read.responses.extend(respond(read.surfaces, materials))
     return read
 
@@ -126,7 +127,7 @@ def _add_light(lights: list[Light], obj, matrix: np.ndarray, findings: Findings)
         lights.append(light)
 
 
-def _add_mesh(read: RenderedObjects, instance, row: int, matrix: np.ndarray, wanted, domain, findings) -> None:
+def _add_mesh(read: RenderedObjects, instance, row: int, matrix: np.ndarray, wanted, findings) -> None:
     obj = instance.object
     original = obj.original
     surface = read.surfaces[row]
@@ -150,11 +151,13 @@ def _add_mesh(read: RenderedObjects, instance, row: int, matrix: np.ndarray, wan
         if original.type == "MESH":
             findings.warn("{} open in Edit Mode cannot be baked", "object", obj.name)
         return
-    points = place_points(original, obj.data, surface, matrix, domain)
+    points = place_points(original, obj.data, surface, matrix)
     if len(points.centres) == 0:
         findings.warn("there is no light to bake on {}, of which a render shows no face", "object", obj.name)
         return
     if points.nearest:
         findings.warn("light is taken from the nearest point of the surface after modifiers for {}", "object", obj.name)
     library = original.library.filepath if original.library else None
-    read.targets.append(TargetPoints(original.name, library, original.data.name, row, points))
+    read.targets.append(
+        TargetPoints(original.name, library, original.data.name, len(original.data.vertices), row, points)
+    )

@@ -12,12 +12,12 @@ from ...core.lights.environment import EnvironmentWorld
 from ...core.lights.light import Light
 from ...core.lights.world import UniformWorld
 from ...core.scene import Scene
-from .estimation_points import ElementPoints
 from .findings import Findings
-from .read_instances import RenderedObjects, read_instances
+from .read_instances import RenderedObjects, TargetPoints, read_instances
 from .read_shaders import DEFAULT_ALBEDO
 from .read_specular import joined_specular, specular_part
 from .render_view import view_as_render
+from .settled_corners import SettledPoints, settled_points
 from .triangle_geometry import determinant, has_area
 from .world_picture import world_picture
 
@@ -30,8 +30,8 @@ class BakeTarget:
     """One mesh object to bake, by names, since Blender's own objects may go while a bake runs.
 
     library     path of the library file the object is linked from, None for the file's own
-    domain      CORNER or POINT; E is the number of those elements of the mesh before modifiers
-    point_rows  (E,) the estimation point of each element, -1 for none
+    domain      CORNER or POINT; E is the number of those elements of the mesh before modifiers, C that of its corners
+    point_rows  (C,) the estimation point of each face corner, -1 for none
     albedo      (E, 3) and emission (E, 3) in W/(m^2 sr) of the surface there
     """
 
@@ -50,6 +50,7 @@ class ExportedScene:
 
     centres    (N, 3) metres and normals (N, 3) unit: the estimation points of all targets
     inward     (N, 3) metres, from each point into its own faces
+    covered    (N,) whether another face lies against that of the point (see settled_corners.py)
     modelled   features that were found and are honoured; left_out: those that are not; warnings: one sentence each
     objects    mesh objects and instances in the scene; triangles; lights: lamps, the world, and objects that shine
     """
@@ -59,6 +60,7 @@ class ExportedScene:
     centres: np.ndarray
     normals: np.ndarray
     inward: np.ndarray
+    covered: np.ndarray
     modelled: tuple[str, ...]
     left_out: tuple[str, ...]
     warnings: tuple[str, ...]
@@ -84,20 +86,18 @@ def read_scene(
     """
     findings = Findings()
     wanted = None if targets is None else _bakeable(targets, findings)
-    read = view_as_render(
-        context_scene, view_layer, lambda depsgraph: read_instances(depsgraph, wanted, domain, findings)
-    )
+    read = view_as_render(context_scene, view_layer, lambda depsgraph: read_instances(depsgraph, wanted, findings))
     scene = _scene(read, _world_light(read, context_scene, view_layer, findings))
-    baked, (centres, normals, inward) = _targets(read, domain)
+    baked, points = _targets(read, scene, domain)
     if targets is not None:
         _name_missing(wanted, {target.object_name for target in baked}, findings)
-    if len(centres) == 0:
+    if len(points.centres) == 0:
         raise NoMeshError("There is nothing to bake: choose mesh objects with faces that a render shows.")
     if scene.albedo.any():
         findings.modelled("diffuse bounces")
     modelled, left_out, warnings = findings.sentences()
     return ExportedScene(
-        scene, baked, centres, normals, inward, modelled, left_out, warnings,
+        scene, baked, points.centres, points.normals, points.inward, points.covered, modelled, left_out, warnings,
         objects=len(read.placements), triangles=len(scene.triangles), lights=len(scene.lights) + _shining(read),
     )  # fmt: skip
 
@@ -175,25 +175,26 @@ def _scene(read: RenderedObjects, world: list[Light]) -> Scene:
     return scene
 
 
-def _targets(read: RenderedObjects, domain: str) -> tuple[tuple[BakeTarget, ...], tuple[np.ndarray, ...]]:
-    """The objects to bake, and the centres, normals and inward vectors of all their estimation points."""
-    targets, points_of = [], [(np.zeros((0, 3)),) * 3]
-    start = 0
-    for target in read.targets:
-        points, response = target.points, read.responses[target.surface]
-        rows = np.where(points.rows >= 0, points.rows + start, -1)
-        albedo = _element_means(points, response.colour, DEFAULT_ALBEDO)
-        emission = _element_means(points, response.emission, 0.0)
+def _targets(read: RenderedObjects, scene: Scene, domain: str) -> tuple[tuple[BakeTarget, ...], SettledPoints]:
+    """The objects to bake, and the estimation points of all of them."""
+    surfaces = [read.surfaces[target.surface] for target in read.targets]
+    settled = settled_points([target.points for target in read.targets], surfaces, scene, domain)
+    targets = []
+    for target, rows in zip(read.targets, settled.rows, strict=True):
+        response = read.responses[target.surface]
+        albedo = _element_means(target, response.colour, DEFAULT_ALBEDO, domain)
+        emission = _element_means(target, response.emission, 0.0, domain)
         targets.append(BakeTarget(target.object_name, target.library, target.mesh_name, domain, rows, albedo, emission))
-        points_of.append((points.centres, points.normals, points.inward))
-        start += len(points.centres)
-    return tuple(targets), tuple(np.concatenate(column) for column in zip(*points_of, strict=True))
+    return tuple(targets), settled
 
 
-def _element_means(points: ElementPoints, values: np.ndarray, missing: float) -> np.ndarray:
+def _element_means(target: TargetPoints, values: np.ndarray, missing: float, domain: str) -> np.ndarray:
     """Mean (E, 3) of ``values`` (T, 3) over the triangles of each element, ``missing`` where it has none."""
-    size = len(points.rows)
-    counts = np.bincount(points.elements, minlength=size)
-    sums = [np.bincount(points.elements, values[points.triangles, channel], size) for channel in range(3)]
+    points = target.points
+    elements, size = points.corners, len(points.rows)
+    if domain == "POINT":
+        elements, size = points.vertices[elements], target.vertex_count
+    counts = np.bincount(elements, minlength=size)
+    sums = [np.bincount(elements, values[points.triangles, channel], size) for channel in range(3)]
     means = np.stack(sums, axis=1) / np.maximum(counts, 1)[:, None]
     return np.where(counts[:, None] > 0, means, missing)

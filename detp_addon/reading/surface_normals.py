@@ -1,4 +1,4 @@
-"""Which way a mesh's corners and vertices face, told apart from normals that only look valid."""
+"""Which way a mesh's face corners face, told apart from normals that only look valid."""
 
 from __future__ import annotations
 
@@ -18,21 +18,15 @@ _AGREES = 0.5
 _CANCELLED = 1e-6
 
 
-def element_normals(mesh, surface: MeshSurface, domain: str) -> tuple[np.ndarray, np.ndarray]:
-    """Normals (E, 3) of a mesh's corners or vertices (``domain`` CORNER or POINT), and which are valid (E,).
+def corner_normals(mesh, surface: MeshSurface) -> tuple[np.ndarray, np.ndarray]:
+    """Normals (C, 3) of a mesh's face corners, and which are valid (C,).
 
     Blender gives every vertex a normal: its position where the faces around it cancel out, up where a face has no
-    area. Here these count as what they are; where faces cancel out, one of them is taken.
+    area. Here these count as what they are; where faces cancel out, each corner takes its own.
     """
     areas = _triangle_vectors(surface)
     size = len(surface.vertices)
     around, around_ok = _sums(areas, surface.triangles.ravel(), np.repeat(np.arange(len(areas)), 3), size)
-    if domain == "POINT":
-        normals, stored = safe_unit(_stored(mesh.vertex_normals))
-        largest, used = _largest(areas, surface.triangles, size)
-        mean, _ = safe_unit(np.where(around_ok[:, None], around, largest))
-        trusted = stored & around_ok & (dots(normals, mean) > 0.0)
-        return np.where(trusted[:, None], normals, mean), used
     corner_face = np.repeat(np.arange(len(mesh.polygons)), face_sizes(mesh))
     vertex_of = np.empty(len(mesh.loops), np.int32)
     mesh.loops.foreach_get("vertex_index", vertex_of)
@@ -62,20 +56,6 @@ def _sums(vectors: np.ndarray, groups: np.ndarray, rows: np.ndarray, size: int) 
     sums = np.stack([np.bincount(groups, vectors[rows, axis], size) for axis in range(3)], axis=1)
     lengths = np.bincount(groups, _lengths(vectors)[rows], size)
     return sums, _lengths(sums) > _CANCELLED * lengths
-
-
-def _largest(areas: np.ndarray, triangles: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]:
-    """The vector (size, 3) of the largest triangle at each vertex, and whether there is one."""
-    lengths = _lengths(areas)
-    order = np.argsort(lengths, kind="stable")
-    largest = np.zeros((size, 3))
-    for corner in range(3):
-        # Later assignments win, so the largest triangle of this corner does; the corners then compete.
-        candidate = np.zeros((size, 3))
-        candidate[triangles[order, corner]] = areas[order]
-        better = _lengths(candidate) > _lengths(largest)
-        largest[better] = candidate[better]
-    return largest, _lengths(largest) > 0.0
 
 
 def _stored(source) -> np.ndarray:

@@ -22,29 +22,26 @@ def target_of(result, name):
     return next(target for target in result.targets if target.object_name == name)
 
 
-def original(obj, domain):
-    """Positions (E, 3) of the elements of the mesh before modifiers, in its own space."""
-    data = obj.data
-    if domain == "POINT":
-        return np.array([vertex.co for vertex in data.vertices])
-    return np.array([data.vertices[loop.vertex_index].co for loop in data.loops])
+def original(obj):
+    """Positions (C, 3) of the face corners of the mesh before modifiers, in its own space."""
+    return np.array([obj.data.vertices[loop.vertex_index].co for loop in obj.data.loops])
 
 
 @pytest.mark.parametrize("shade, domain, count", [
-    ("flat", "CORNER", 24), ("smooth", "CORNER", 8), ("flat", "POINT", 8), ("smooth", "POINT", 8),
+    ("flat", "CORNER", 24), ("smooth", "CORNER", 8), ("flat", "POINT", 24), ("smooth", "POINT", 8),
 ])  # fmt: skip
 def test_corners_with_one_normal_share_a_point(shade, domain, count):
     obj = smooth(cube()) if shade == "smooth" else cube()
     result = read(domain=domain)
     rows = result.targets[0].point_rows
-    assert len(result.centres) == count and len(rows) == (24 if domain == "CORNER" else 8)
+    assert len(result.centres) == count and len(rows) == 24
     assert sorted(set(rows)) == list(range(count))
-    assert np.allclose(result.centres[rows], original(obj, domain))
-    if shade == "flat" and domain == "CORNER":
+    assert np.allclose(result.centres[rows], original(obj))
+    if shade == "flat":
         faces = [face.index for face in obj.data.polygons for _ in face.loop_indices]
         expected = np.array([obj.data.polygons[face].normal for face in faces])
     else:
-        expected = original(obj, domain) / np.sqrt(3)
+        expected = original(obj) / np.sqrt(3)
     assert np.allclose(result.normals[rows], expected, atol=1e-6)
 
 
@@ -79,7 +76,7 @@ def test_loose_vertices_and_flat_faces_have_no_point(domain):
     linked("odd", mesh(vertices, [(0, 1, 2), (3, 4, 5)]))
     result = read(domain=domain)
     rows = result.targets[0].point_rows
-    assert rows.tolist() == ([0, 1, 2, -1, -1, -1] if domain == "CORNER" else [0, 1, 2, -1, -1, -1, -1])
+    assert rows.tolist() == [0, 1, 2, -1, -1, -1]
 
 
 def test_a_flat_face_between_good_ones_borrows_their_normal():
@@ -100,8 +97,7 @@ def test_vertices_whose_faces_cancel_out_take_one_of_them(domain):
     rows = result.targets[0].point_rows
     assert (rows >= 0).all()
     assert np.allclose(np.abs(result.normals[rows]), (0, 0, 1))
-    if domain == "CORNER":
-        assert np.allclose(result.normals[rows][:3], (0, 0, 1)) and np.allclose(result.normals[rows][3:], (0, 0, -1))
+    assert np.allclose(result.normals[rows][:3], (0, 0, 1)) and np.allclose(result.normals[rows][3:], (0, 0, -1))
 
 
 def test_custom_normals_count():
@@ -117,23 +113,21 @@ def test_custom_normals_count():
     ("BEVEL", {"width": 0.2, "segments": 1}, False),
     ("REMESH", {"mode": "VOXEL", "voxel_size": 0.1}, False),
 ])  # fmt: skip
-@pytest.mark.parametrize("domain", ["CORNER", "POINT"])
-def test_changed_meshes_take_light_from_the_nearest_place(kind, settings, nearest_is_vertex, domain):
+def test_changed_meshes_take_light_from_the_nearest_place(kind, settings, nearest_is_vertex):
     obj = cube(location=(7, 0, 0), scale=(2, 1, 1))
     modifier = obj.modifiers.new("change", kind)
     for name, value in settings.items():
         setattr(modifier, name, value)
-    result = read(domain=domain)
+    result = read()
     rows = result.targets[0].point_rows
-    assert len(rows) == (24 if domain == "CORNER" else 8) and (rows >= 0).all()
-    world = original(obj, domain) * (2, 1, 1) + (7, 0, 0)
+    assert len(rows) == 24 and (rows >= 0).all()
+    world = original(obj) * (2, 1, 1) + (7, 0, 0)
     apart = np.abs(result.centres[rows] - world).max()
     assert apart < (1e-5 if nearest_is_vertex else 0.45)
     assert any("nearest point" in warning and "cube" in warning for warning in result.warnings)
-    if domain == "CORNER":
-        faces = np.repeat([face.normal for face in obj.data.polygons], 4, axis=0)
-        agreement = np.einsum("ij,ij->i", result.normals[rows], faces)
-        assert agreement.min() > (0.999 if kind != "REMESH" else 0.7)
+    faces = np.repeat([face.normal for face in obj.data.polygons], 4, axis=0)
+    agreement = np.einsum("ij,ij->i", result.normals[rows], faces)
+    assert agreement.min() > (0.999 if kind != "REMESH" else 0.7)
 
 
 def test_a_subdivided_surface_keeps_its_own_vertices():
@@ -142,7 +136,7 @@ def test_a_subdivided_surface_keeps_its_own_vertices():
     modifier.render_levels = 3
     result = read(domain="POINT")
     centres = result.centres[result.targets[0].point_rows]
-    inward = centres / np.array([vertex.co for vertex in obj.data.vertices])
+    inward = centres / original(obj)
     assert np.ptp(inward) < 1e-5 and 0.3 < inward.mean() < 0.7
 
 
@@ -165,7 +159,7 @@ def test_bones_take_the_points_of_a_subdivided_mesh_along(scene):
     moved = result.centres - result.centres.mean(axis=0)
     assert np.allclose(result.centres.mean(axis=0), (20, 0, 0), atol=1e-4)
     ordered = moved[result.targets[0].point_rows]
-    assert (np.sign(ordered) == np.sign(original(obj, "CORNER"))).all()
+    assert (np.sign(ordered) == np.sign(original(obj))).all()
 
 
 def test_shared_meshes_have_points_of_their_own():

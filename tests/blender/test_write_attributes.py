@@ -170,10 +170,11 @@ def test_a_failure_half_way_takes_everything_back(monkeypatch):
     np.testing.assert_array_equal(colours(again.data), light)
 
 
-def test_faces_name_the_element_of_each_corner():
+def test_faces_name_face_and_vertex_of_each_corner():
     mesh = bpy.data.meshes.new("two")
     mesh.from_pydata([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (2, 0, 0)], [], [(0, 1, 2, 3), (1, 4, 2)])
     corner, point = faces_of(mesh, "CORNER"), faces_of(mesh, "POINT")
     np.testing.assert_array_equal(corner.corner_face, [0, 0, 0, 0, 1, 1, 1])
-    np.testing.assert_array_equal(corner.corner_element, np.arange(7))
-    np.testing.assert_array_equal(point.corner_element, [0, 1, 2, 3, 1, 4, 2])
+    np.testing.assert_array_equal(corner.corner_vertex, [0, 1, 2, 3, 1, 4, 2])
+    np.testing.assert_array_equal(corner.positions[4], (2, 0, 0))
+    assert (corner.by_vertex, point.by_vertex) == (False, True)

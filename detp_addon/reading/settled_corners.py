@@ -1,0 +1,72 @@
+"""Which face corner takes its light from which point, in view of the surfaces that touch it or stand before it.
+
+Corners of one vertex and one normal share a point, as long as they see each other from just inside their faces. Where a
+wall stands between them each gets a point of its own. A corner that lies behind another surface, while nearly all of
+its face lies in front of it, gets none: its own light would be that of another room.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...core.scene import Scene
+from .corner_neighbourhood import Corners, Neighbourhood, means
+from .estimation_points import CornerPoints
+from .read_meshes import MeshSurface
+
+
+@dataclass(frozen=True)
+class SettledPoints:
+    """The estimation points of all objects to bake.
+
+    rows      for each object the point (C,) of each face corner, -1 for none
+    centres   (N, 3) metres; normals (N, 3) unit
+    inward    (N, 3) metres, from each point to the middle of the triangles that show its colour: into its own faces
+    covered   (N,) whether another face lies against that of the point, and hides it if both belong to solid things
+    """
+
+    rows: tuple[np.ndarray, ...]
+    centres: np.ndarray
+    normals: np.ndarray
+    inward: np.ndarray
+    covered: np.ndarray
+
+
+def settled_points(points: list[CornerPoints], surfaces: list[MeshSurface], scene: Scene, domain: str) -> SettledPoints:
+    """The points of objects with these ``points`` and ``surfaces``, among everything that stands in ``scene``.
+
+    With the ``domain`` POINT a vertex has one colour: its covered corners leave that to the others, and when half of
+    its corners are cut off, none of them gives it.
+    """
+    corners = Corners.joined(points, surfaces)
+    rows = corners.rows.copy()
+    covered, alone = np.zeros((2, len(rows)), bool)
+    opaque = (scene.transmittance == 0).all(axis=1)
+    if opaque.any():
+        around = Neighbourhood(corners, scene.corners[opaque])
+        cut_off, covered = around.cut_off(), around.covered()
+        if domain == "POINT":
+            # Half of its faces see the vertex behind something: the others shall not light it for them.
+            sides = np.bincount(corners.vertices, np.where(cut_off, 1, -1))
+            cut_off = sides[corners.vertices] >= 0
+        rows[cut_off] = -1
+        if domain == "POINT":
+            rows[covered & _shares(corners.vertices, np.flatnonzero(~covered & (rows >= 0)))] = -1
+        alone = _shares(corners.rows, around.apart(np.flatnonzero(rows >= 0)))
+    used = np.flatnonzero(rows >= 0)
+    key = np.where(alone, 2 * len(corners.centres) + np.arange(len(rows)), 2 * rows + covered)[used]
+    _, first, rows[used] = np.unique(key, return_index=True, return_inverse=True)
+    old, covered = corners.rows[used][first], covered[used][first]
+    inward = means(corners.inward[used], rows[used], len(first))
+    ends = np.cumsum([len(part.rows) for part in points], dtype=np.int64)
+    return SettledPoints(tuple(np.split(rows, ends))[:-1], corners.centres[old], corners.normals[old], inward, covered)
+
+
+def _shares(groups: np.ndarray, members: np.ndarray) -> np.ndarray:
+    """Whether each corner is in one of the ``groups`` (C,), -1 for none, that these ``members`` (K,) are in."""
+    marked = np.zeros(groups.max(initial=-1) + 2, bool)
+    marked[groups[members]] = True
+    marked[-1] = False
+    return marked[groups]

@@ -10,10 +10,11 @@ import argparse
 from pathlib import Path
 
 import bpy
-from making import atrium, cornell_box, game_corner, tree, window_room
+from making import atrium, caustic, cornell_box, game_corner, tree, window_room
 
 SAMPLES = {
     "atrium": atrium.build,
+    "caustic": caustic.build,
     "cornell_box": cornell_box.build,
     "game_corner": game_corner.build,
     "tree": tree.build,

@@ -40,6 +40,25 @@ def material(name: str, colour: Colour, emission: Colour = (0.0, 0.0, 0.0), stre
     return made
 
 
+def metal(name: str, colour: Colour, roughness: float):
+    """A metal that reflects ``colour``."""
+    made = material(name, colour)
+    inputs = made.node_tree.nodes["Principled BSDF"].inputs
+    inputs["Metallic"].default_value = 1.0
+    inputs["Roughness"].default_value = roughness
+    return made
+
+
+def glass(name: str, colour: Colour, ior: float):
+    """Smooth clear glass, in which light takes on ``colour`` on its way through."""
+    made = material(name, colour)
+    inputs = made.node_tree.nodes["Principled BSDF"].inputs
+    inputs["Transmission Weight"].default_value = 1.0
+    inputs["Roughness"].default_value = 0.0
+    inputs["IOR"].default_value = ior
+    return made
+
+
 def mesh(name: str, surfaces: list[Surface], materials: list) -> bpy.types.Mesh:
     """One mesh of all ``surfaces``, with ``materials`` in its slots."""
     made = bpy.data.meshes.new(name)

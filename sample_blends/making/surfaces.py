@@ -117,6 +117,13 @@ def lathe(profile, sides: int, square: float | tuple = 0.0) -> Surface:
     return net(points, closed=True)
 
 
+def ball(radius: float, across: int) -> Surface:
+    """A closed sphere around the origin, of six patches of ``across`` by ``across`` quads."""
+    cube = box((-1, -1, -1), (1, 1, 1), 2.0 / across).welded()
+    directions = np.tan(0.25 * np.pi * cube.vertices)
+    return replace(cube, vertices=radius * directions / np.linalg.norm(directions, axis=1)[:, None], smooth=True)
+
+
 def frame(half_x: float, half_y: float, profile, cell: float) -> Surface:
     """A profile of (outwards, z) led around the rectangle (2 half_x, 2 half_y) with mitred corners.
 

@@ -12,7 +12,10 @@ import pytest
 FOLDER = Path(__file__).parents[2] / "sample_blends"
 MAKER = FOLDER / "make_samples.py"
 #: triangles; the Tree's and the Atrium's are the study's
-TRIANGLES = {"atrium": 122_318, "cornell_box": 6_238, "game_corner": 8_153, "tree": 72_500, "window_room": 25_104}
+TRIANGLES = {
+    **{"atrium": 122_318, "caustic": 58_976, "cornell_box": 6_238, "game_corner": 8_153, "tree": 72_500},
+    "window_room": 25_104,
+}
 
 
 def triangles():
@@ -66,7 +69,7 @@ def test_sample_is_complete(name):
         assert len({index for polygon in mesh.polygons for index in polygon.vertices}) == len(mesh.vertices)
 
 
-@pytest.mark.parametrize("name", ["cornell_box", "game_corner", "window_room"])
+@pytest.mark.parametrize("name", ["caustic", "cornell_box", "game_corner", "window_room"])
 def test_script_makes_the_sample_again(name, tmp_path):
     subprocess.run([sys.executable, MAKER, name, "--folder", tmp_path], check=True, capture_output=True, timeout=100)
     opened(name)
@@ -106,6 +109,20 @@ def test_cornell_box_faces_its_inside():
         centre = np.mean(positions(obj.data), axis=0) if towards < 0 else middle
         for polygon in obj.data.polygons:
             assert towards * np.dot(polygon.normal, centre - polygon.center) > 0, name
+
+
+def test_caustic_has_closed_glass_and_a_metal():
+    opened("caustic")
+    for name, obj in mesh_objects().items():
+        inputs = obj.data.materials[0].node_tree.nodes["Principled BSDF"].inputs
+        assert inputs["Transmission Weight"].default_value == ("ball" in name)
+        assert inputs["Metallic"].default_value == (name == "Ring")
+        if "ball" in name:
+            edges = {key: 0 for key in obj.data.edge_keys}
+            for polygon in obj.data.polygons:
+                for key in polygon.edge_keys:
+                    edges[key] += 1
+            assert set(edges.values()) == {2}
 
 
 def test_game_corner_shows_what_games_bring_along():

@@ -15,7 +15,7 @@ from .errors import NoMeshError
 from .estimate import Accumulator, Irradiance, IrradianceEstimate
 from .gatherers.choose import make_gatherer
 from .parallel import ordered_map
-from .radius import choose_radius
+from .radius import check_radius, choose_radius
 from .rays import RayCaster
 from .scene import Scene
 from .segments import Segments
@@ -107,6 +107,8 @@ def bake(
     yield Progress("Choosing the radius", 0.0)
     with stopwatch("radius"):
         caster = RayCaster(scene.corners)
+        if settings.radius is not None:
+            check_radius(settings.radius, scene)
         radius = settings.radius or choose_radius(scene, caster, centres, normals, settings)
     with stopwatch("trace"):
         bounces = settings.bounces if settings.indirect else 0

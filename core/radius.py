@@ -6,6 +6,7 @@ import numpy as np
 
 from .direct_light import DirectLight
 from .discs import TangentDiscs
+from .errors import InvalidSettingError
 from .estimate import Accumulator, Irradiance
 from .gatherers.choose import make_gatherer
 from .rays import RayCaster
@@ -27,6 +28,19 @@ INDIRECT_ALLOWANCE = 3.0
 #: The automatic radius stays within these shares of the scene's radius: below, rounding would show; above, blur.
 SMALLEST_SHARE = 1e-5
 LARGEST_SHARE = 0.05
+
+#: A radius that a user asks for may be as small and as large, in radii of the scene: beyond, arithmetic breaks down.
+LEAST_WANTED, MOST_WANTED = 1e-12, 1e12
+
+
+def check_radius(radius: float, scene: Scene) -> None:
+    """Raise InvalidSettingError when ``radius``, metres, is out of all proportion to the scene's."""
+    size = scene.bounds.radius
+    if not LEAST_WANTED * size <= radius <= MOST_WANTED * size:
+        raise InvalidSettingError(
+            f"The disc radius of {radius:g} m is out of all proportion to the scene, whose radius is {size:g} m: "
+            f"choose another, or remove objects that are far away."
+        )
 
 
 def choose_radius(

@@ -11,6 +11,9 @@ import numpy as np
 from ..core.errors import AttributeNameTakenError, DetpError, EditModeError, InvalidSettingError, UnwritableFileError
 from .element_values import Faces
 
+#: the brightest colour that an attribute holds
+_LARGEST = float(np.finfo(np.float32).max)
+
 #: names longer than this do not fit an attribute of Blender 4.2 to 4.5
 LONGEST_NAME = 63
 
@@ -89,16 +92,30 @@ def write_colours(colours: list[MeshColours], domain: str, shown: str | None = N
         copied = _separate_meshes([entry.object for entry in colours], undo)
         for entry in colours:
             for name, rgb in entry.layers.items():
-                _write(entry.object, name, np.asarray(rgb, np.float32), domain, undo)
+                _write(entry.object, name, rgb, domain, undo)
             if shown is not None:
                 _show(entry.object.data, shown, shown)
         undo.pop_all()
-    if not copied:
-        return []
-    shown = ", ".join(f"'{name}'" for name in copied[:3]) + (", ..." if len(copied) > 3 else "")
+    notes = []
     if len(copied) == 1:
-        return [f"The object {shown} shared its mesh and was given a copy, to hold the light of its own place."]
-    return [f"{len(copied)} objects shared a mesh and were given copies, to hold the light of their places: {shown}."]
+        notes.append(
+            f"The object '{copied[0]}' shared its mesh and was given a copy, to hold the light of its own place."
+        )
+    elif copied:
+        notes.append(
+            f"{len(copied)} objects shared a mesh and were given copies, to hold the light of their places: "
+            f"{_some(copied)}."
+        )
+    too_bright = [
+        entry.object.name for entry in colours if any((abs(c) > _LARGEST).any() for c in entry.layers.values())
+    ]
+    if too_bright:
+        notes.append(f"The light is brighter than a colour can hold, and was cut there, on {_some(too_bright)}.")
+    return notes
+
+
+def _some(names: list[str]) -> str:
+    return ", ".join(f"'{name}'" for name in names[:3]) + (", ..." if len(names) > 3 else "")
 
 
 def _separate_meshes(objects: list[bpy.types.Object], undo: ExitStack) -> list[str]:
@@ -149,7 +166,7 @@ def _write(obj: bpy.types.Object, attribute: str, rgb: np.ndarray, domain: str, 
     else:
         layer.data.foreach_get("color", rgba.ravel())
         undo.callback(_fill, mesh, attribute, rgba.copy())
-    rgba[:, :3] = rgb
+    rgba[:, :3] = np.clip(rgb, -_LARGEST, _LARGEST)
     _fill(mesh, attribute, rgba)
     _show(mesh, *shown)
 

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from ...core.errors import InvalidArrayError, InvalidSettingError
 from ...core.lights.area import AreaLight
 from ...core.lights.light import Light
 from ...core.lights.point import PointLight
@@ -32,9 +33,16 @@ def read_light(obj, matrix: np.ndarray, findings: Findings) -> Light | None:
         findings.left_out("{}, which only guide Cycles' sampling", "light portal", obj.name)
         return None
     strength = _strength(obj, findings)
+    if not np.isfinite(strength).all():
+        findings.warn("lights whose strength is not a number are left out: {}", "light", obj.name)
+        return None
     if not strength.any():
         return None
-    light = _READERS[lamp.type](obj, matrix, strength, findings)
+    try:
+        light = _READERS[lamp.type](obj, matrix, strength, findings)
+    except (InvalidArrayError, InvalidSettingError):
+        findings.warn("lights whose size or angle is not a possible number are left out: {}", "light", obj.name)
+        return None
     if light is not None:
         _note(obj, findings)
     return light
@@ -43,7 +51,7 @@ def read_light(obj, matrix: np.ndarray, findings: Findings) -> Light | None:
 def _strength(obj, findings: Findings) -> np.ndarray:
     """Energy with colour (3,), in the unit of the lamp's type."""
     lamp = obj.data
-    strength = lamp.energy * 2.0 ** getattr(lamp, "exposure", 0.0) * np.array(lamp.color, np.float64)
+    strength = lamp.energy * np.exp2(getattr(lamp, "exposure", 0.0)) * np.array(lamp.color, np.float64)
     if getattr(lamp, "use_temperature", False):
         strength = strength * np.array(lamp.temperature_color, np.float64)
     tree = node_tree(lamp)

@@ -21,8 +21,10 @@ def world_colour(world, view_layer, findings: Findings) -> np.ndarray | None:
         findings.left_out("the world, which is hidden from diffuse light")
         return np.zeros(3)
     tree = node_tree(world)
-    if tree is None:
-        return np.array(world.color, np.float64)
-    if output_feed(tree, "Volume"):
+    if tree is not None and output_feed(tree, "Volume"):
         findings.left_out("the world's volume")
-    return even_emission(tree)
+    radiance = np.array(world.color, np.float64) if tree is None else even_emission(tree)
+    if radiance is not None and not np.isfinite(radiance).all():
+        findings.warn("the world gives no light, because its colour or strength is not a number")
+        return np.zeros(3)
+    return radiance

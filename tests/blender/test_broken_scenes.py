@@ -5,13 +5,35 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
+from detp.core.errors import InvalidSettingError  # noqa: E402
+from detp.core.settings import BakeSettings  # noqa: E402
+from detp.detp_addon.job import BakeRequest, bake_scene  # noqa: E402
 from detp.detp_addon.reading.remembered import DEEPEST, Remembered  # noqa: E402
-from made_scenes import fresh, material, node, quad, read  # noqa: E402
+from detp.detp_addon.write_attributes import MeshColours, write_colours  # noqa: E402
+from made_scenes import fresh, lamp, material, node, quad, read, world  # noqa: E402
 
 
 @pytest.fixture(autouse=True)
 def scene():
     return fresh()
+
+
+def baked(**settings):
+    """The report of a bake with few photons."""
+    request = BakeRequest(BakeSettings(**{"photons": 200, **settings}), quantity="irradiance")
+    steps = bake_scene(bpy.context.scene, bpy.context.view_layer, request)
+    while True:
+        try:
+            next(steps)
+        except StopIteration as stop:
+            return stop.value
+
+
+def colours(obj, attribute="irradiance"):
+    layer = obj.data.attributes[attribute]
+    values = np.empty(4 * len(layer.data), np.float32)
+    layer.data.foreach_get("color", values)
+    return values.reshape(-1, 4)
 
 
 def albedo_of(build):
@@ -63,3 +85,56 @@ def test_what_is_remembered_is_found_once_at_any_depth_and_loops_end():
             return ring.of(after, lambda: follow(after))
 
         assert ring.of(0, lambda follow=follow: follow(0)) == "loop"
+
+
+@pytest.mark.parametrize("kind", ["POINT", "SPOT", "SUN", "AREA"])
+@pytest.mark.parametrize("number", [np.nan, np.inf, 1e30])
+def test_lamps_of_a_strength_that_is_not_a_number_are_left_out(kind, number):
+    quad()
+    lamp(kind, "sane", (0, 0, 2), energy=10.0)
+    lamp(kind, "mad", (0, 0, 2), energy=number, color=(number, 1.0, 1.0))
+    result = read()
+    if number == 1e30:
+        assert len(result.scene.lights) == 3
+    else:
+        assert len(result.scene.lights) == 2
+        assert "lights whose strength is not a number are left out: 1 light (mad)" in result.warnings
+
+
+@pytest.mark.parametrize("settings", [{"size": np.nan}, {"shape": "DISK", "size": np.nan}])
+def test_lamps_of_no_possible_size_are_left_out(settings):
+    quad()
+    lamp("AREA", "mad", (0, 0, 2), **settings)
+    result = read()
+    assert len(result.scene.lights) == 1 and "(mad)" in " ".join(result.warnings)
+
+
+def test_a_world_that_is_not_a_number_gives_no_light():
+    quad()
+    lamp("POINT", "lamp", (0, 0, 2))
+    world((np.nan, 1, 1))
+    result = read()
+    assert len(result.scene.lights) == 1
+    assert any("the world gives no light" in warning for warning in result.warnings)
+
+
+def test_light_beyond_what_a_colour_holds_is_cut_and_named():
+    obj = quad()
+    (note,) = write_colours([MeshColours(obj, {"light": np.array([(1e39, -1e300, np.inf), (1, 2, 3)] * 2)})], "CORNER")
+    assert "brighter than a colour can hold" in note and "'quad'" in note
+    largest = np.finfo(np.float32).max
+    assert np.array_equal(colours(obj, "light")[:2], [(largest, -largest, largest, 1), (1, 2, 3, 1)])
+
+
+@pytest.mark.parametrize("estimator", ["visible", "plain"])
+@pytest.mark.parametrize("radius", [1e-300, 1e-20, 1e-11, 1e-6, 1e6, 1e11, 1e20, 1e200])
+def test_a_radius_out_of_all_proportion_is_refused_and_any_other_gives_finite_light(radius, estimator):
+    lamp("POINT", "lamp", (0.5, 0.5, 1), energy=10)
+    obj = quad()
+    if 1e-12 < radius < 1e12:
+        for gatherer in ("disc-index", "sphere-cache", "brute-force"):
+            baked(radius=radius, estimator=estimator, gatherer=gatherer, direct="photons")
+            assert np.isfinite(colours(obj)).all()
+    else:
+        with pytest.raises(InvalidSettingError, match="out of all proportion"):
+            baked(radius=radius, estimator=estimator)

@@ -3,13 +3,16 @@
     python tools/compare_cycles.py SCENE.blend REFERENCE.npz [--quality final] [--photons N] [--radius M] [--json FILE]
 
 REFERENCE.npz holds, per object, what Cycles' DIFFUSE bake without colour gives at the mesh's corners for two seeds, as
-arrays "<object>|<seed>" (corners, 3). Two groups of points are reported: all of them, and those at least two disc
-radii away from concave edges, where the plain estimator is valid. There, no ray within the tangent plane, lifted by
-1 % of the radius, meets anything closer than two radii, and nothing lies on the point: no ray along the normal, or at
-30 or 60 degrees above the plane, meets anything closer than half a radius.
+arrays "<object>|<seed>" (corners, 3); tools/cycles_reference.py makes such files that are reliable at every corner, for
+which --every-corner is meant. Otherwise corners that lie on another surface are left out, because Cycles samples exactly
+at the corner, where it is chance on which side of that surface it starts; how many they are is reported. So are two
+groups of the rest: all of them, and those at least two disc radii away from concave edges, where the plain
+estimator is valid. There, no ray within the tangent plane, lifted by 1 % of the radius, meets anything closer than two
+radii, and nothing lies on the point: no ray along the normal, or at 30 or 60 degrees above the plane, meets anything
+closer than half a radius.
 
-The figures compare the RGB sum at each point. The reference's own noise comes from its two seeds: the median of the
-noise is taken out of the median difference in squares.
+The figures compare the RGB sum at each point. The reference's own noise comes from its two seeds: of its absolute
+value the same percentile is taken out of that of the difference, in squares.
 """
 
 import argparse
@@ -22,6 +25,7 @@ from detp.core.bake import bake
 from detp.core.rays import RayCaster
 from detp.core.sampling import frames
 from detp.core.settings import BakeSettings
+from detp.core.triangles import normals_and_areas
 from detp.detp_addon.reading.read_scene import read_scene
 
 TANGENT_RAYS = 32
@@ -33,28 +37,31 @@ def main() -> int:
     reference = load_reference(arguments.reference)
     targets = [bpy.data.objects[name] for name in reference]
     exported = read_scene(bpy.context.scene, bpy.context.view_layer, targets, "CORNER")
-    names = ("quality", "photons", "radius", "gatherer", "estimator", "seed")
+    names = ("quality", "photons", "radius", "gatherer", "estimator", "direct", "seed")
     settings = BakeSettings(**{name: getattr(arguments, name) for name in names})
     result = run(bake(exported.scene, exported.centres, exported.normals, settings, exported.inward))
     clear = away_from_edges(exported, result.radius)
+    reliable = np.full(len(exported.centres), True) if arguments.every_corner else ~on_other_surfaces(exported)
 
-    ours, theirs, noise, valid, objects = [], [], [], [], {}
+    ours, theirs, noise, valid, objects, left_out = [], [], [], [], {}, 0
     for target in exported.targets:
         first, second = reference[target.object_name]
         rows = target.point_rows
-        kept = rows >= 0
+        kept = (rows >= 0) & reliable[rows]
+        left_out += int((rows >= 0).sum() - kept.sum())
         ours.append(result.irradiance[rows[kept]].sum(axis=1) / np.pi)
         theirs.append((first + second)[kept].sum(axis=1) / 2)
         noise.append(np.abs(first - second)[kept].sum(axis=1) / 2)
         valid.append(clear[rows[kept]])
-        objects[target.object_name] = figures(ours[-1], theirs[-1], noise[-1], valid[-1])
+        objects[target.object_name] = figures(ours[-1], theirs[-1], noise[-1], np.full(len(ours[-1]), True))
     ours, theirs, noise, valid = (np.concatenate(parts) for parts in (ours, theirs, noise, valid))
     report = {
         "scene": arguments.scene, "radius": result.radius, "photons": result.photons, "segments": result.segments,
         "seconds": result.seconds, "relative_error": result.relative_error,
         "all": figures(ours, theirs, noise, np.full(len(ours), True)),
         "away_from_edges": figures(ours, theirs, noise, valid),
-        "objects_away_from_edges": objects,
+        "on_other_surfaces": left_out,
+        "objects": objects,
     }  # fmt: skip
     print(json.dumps(report, indent=1))
     if arguments.json:
@@ -72,7 +79,9 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--radius", type=float)
     parser.add_argument("--gatherer", default="auto")
     parser.add_argument("--estimator", default="visible")
+    parser.add_argument("--direct")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--every-corner", action="store_true", help="the reference is reliable at every corner")
     parser.add_argument("--json")
     return parser.parse_args(arguments)
 
@@ -110,18 +119,53 @@ def away_from_edges(exported, radius: float) -> np.ndarray:
     return clear
 
 
+def on_other_surfaces(exported) -> np.ndarray:
+    """Whether (N,) a triangle that does not belong to the point's own surface lies closer than rounding can tell.
+
+    Rounding is that of single precision at the scene's coordinates, but at least 1e-4 of the scene's radius. Triangles
+    with a corner at the point, and those that lie in its tangent plane and face the same way, are its own surface.
+    """
+    corners, points = exported.scene.corners, exported.centres
+    near = max(1e-4 * exported.scene.bounds.radius, 4 * np.spacing(np.float32(np.abs(corners).max())))
+    lower, upper = corners.min(axis=1) - near, corners.max(axis=1) + near
+    normals, _ = normals_and_areas(corners)
+    found = np.zeros(len(points), bool)
+    for start in range(0, len(points), 256):
+        part = points[start : start + 256, None]
+        row, triangle = np.nonzero(((part >= lower) & (part <= upper)).all(axis=2))
+        point, normal = points[start + row], exported.normals[start + row]
+        away = _distance(point, corners[triangle])
+        shared = np.linalg.norm(corners[triangle] - point[:, None], axis=2).min(axis=1) < near
+        coplanar = np.einsum("ij,ij->i", normal, normals[triangle]) > 0.999
+        found[start + row[(away < near) & ~shared & ~coplanar]] = True
+    return found
+
+
+def _distance(points, corners) -> np.ndarray:
+    """Distance (K,) of each point from its triangle (K, 3, 3): from its plane inside, else from the nearest edge."""
+    sides = np.roll(corners, -1, axis=1) - corners
+    along = np.einsum("kcx,kcx->kc", points[:, None] - corners, sides)
+    share = np.clip(along / np.maximum(np.einsum("kcx,kcx->kc", sides, sides), 1e-300), 0, 1)
+    to_edges = np.linalg.norm(corners + share[..., None] * sides - points[:, None], axis=2).min(axis=1)
+    normals, _ = normals_and_areas(corners)
+    inside = np.einsum("kcx,kcx->kc", np.cross(sides, points[:, None] - corners), normals[:, None]).min(axis=1) > 0
+    return np.where(inside, np.abs(np.einsum("kx,kx->k", points - corners[:, 0], normals)), to_edges)
+
+
 def figures(ours, theirs, noise, chosen) -> dict[str, float]:
     lit = chosen & (theirs > 0)
     if not lit.any():
         return {"points": int(chosen.sum())}
-    difference = np.median(np.abs(ours[lit] / theirs[lit] - 1))
-    reference_noise = np.median(noise[lit] / theirs[lit])
+    difference = np.percentile(np.abs(ours[lit] / theirs[lit] - 1), (50, 95))
+    of_reference = np.percentile(noise[lit] / theirs[lit], (50, 95))
+    beyond = np.sqrt(np.maximum(difference**2 - of_reference**2, 0))
     return {
         "points": int(chosen.sum()),
-        "median_relative_difference": float(difference),
-        "reference_noise": float(reference_noise),
-        "median_beyond_noise": float(np.sqrt(max(difference**2 - reference_noise**2, 0))),
-        "percentile_95": float(np.percentile(np.abs(ours[lit] / theirs[lit] - 1), 95)),
+        "median_relative_difference": float(difference[0]),
+        "reference_noise": float(of_reference[0]),
+        "median_beyond_noise": float(beyond[0]),
+        "percentile_95": float(difference[1]),
+        "percentile_95_beyond_noise": float(beyond[1]),
         "mean_ratio": float(ours[chosen].sum() / theirs[chosen].sum()),
         "median_ratio": float(np.median(ours[lit] / theirs[lit])),
     }

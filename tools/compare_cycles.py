@@ -3,13 +3,15 @@
     python tools/compare_cycles.py SCENE.blend REFERENCE.npz [--quality final] [--photons N] [--radius M] [--json FILE]
 
 REFERENCE.npz holds, per object, what Cycles' DIFFUSE bake without colour gives at the mesh's corners for two seeds, as
-arrays "<object>|<seed>" (corners, 3); tools/cycles_reference.py makes such files that are reliable at every corner, for
-which --every-corner is meant. Otherwise corners that lie on another surface are left out, because Cycles samples exactly
-at the corner, where it is chance on which side of that surface it starts; how many they are is reported. So are two
-groups of the rest: all of them, and those at least two disc radii away from concave edges, where the plain
-estimator is valid. There, no ray within the tangent plane, lifted by 1 % of the radius, meets anything closer than two
-radii, and nothing lies on the point: no ray along the normal, or at 30 or 60 degrees above the plane, meets anything
-closer than half a radius.
+arrays "<object>|<seed>" (corners, 3). Cycles samples exactly at the corner. Where that lies on another surface, it is
+chance on which side of it the paths start: these corners are left out, unless --every-corner says that the reference is
+reliable there, as one from tools/cycles_reference.py is. Left out are also corners buried in other geometry, whose
+colours a bake fills from their neighbours. How many these are is reported.
+
+Two groups of the rest are reported: all of them, and those at least two disc radii away from concave edges, where the
+plain estimator is valid. There, no ray within the tangent plane, lifted by 1 % of the radius, meets anything closer
+than two radii, and nothing lies on the point: no ray along the normal, or at 30 or 60 degrees above the plane, meets
+anything closer than half a radius.
 
 The figures compare the RGB sum at each point. The reference's own noise comes from its two seeds: of its absolute
 value the same percentile is taken out of that of the difference, in squares.
@@ -43,12 +45,13 @@ def main() -> int:
     clear = away_from_edges(exported, result.radius)
     reliable = np.full(len(exported.centres), True) if arguments.every_corner else ~on_other_surfaces(exported)
 
-    ours, theirs, noise, valid, objects, left_out = [], [], [], [], {}, 0
+    ours, theirs, noise, valid, objects, filled, left_out = [], [], [], [], {}, 0, 0
     for target in exported.targets:
         first, second = reference[target.object_name]
         rows = target.point_rows
-        kept = (rows >= 0) & reliable[rows]
-        left_out += int((rows >= 0).sum() - kept.sum())
+        shown = (rows >= 0) & ~result.hidden[rows]
+        kept = shown & reliable[rows]
+        filled, left_out = filled + int((~shown).sum()), left_out + int((shown & ~kept).sum())
         ours.append(result.irradiance[rows[kept]].sum(axis=1) / np.pi)
         theirs.append((first + second)[kept].sum(axis=1) / 2)
         noise.append(np.abs(first - second)[kept].sum(axis=1) / 2)
@@ -60,7 +63,7 @@ def main() -> int:
         "seconds": result.seconds, "relative_error": result.relative_error,
         "all": figures(ours, theirs, noise, np.full(len(ours), True)),
         "away_from_edges": figures(ours, theirs, noise, valid),
-        "on_other_surfaces": left_out,
+        "filled": filled, "on_other_surfaces": left_out,
         "objects": objects,
     }  # fmt: skip
     print(json.dumps(report, indent=1))

@@ -65,8 +65,8 @@ def feed_of(socket, groups: tuple[bpy.types.Node, ...]) -> Feed:
             if through is None:
                 return Feed(source, None, groups)
             socket = through.from_socket
-        elif node.bl_idname == "NodeGroupInput" and groups:
-            socket = find_input(groups[-1], source.identifier)
+        elif node.bl_idname == "NodeGroupInput" and groups and (outside := find_input(groups[-1], source.identifier)):
+            socket = outside
             groups = groups[:-1]
         elif node.bl_idname == "ShaderNodeGroup" and (inside := _group_result(node, source.identifier)) is not None:
             socket = inside

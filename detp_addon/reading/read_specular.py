@@ -25,8 +25,9 @@ def specular_part(
     if len(rows) == 0:
         return None
     corners = placed[surface.triangles[rows][:, order]]
-    flat, _ = safe_unit(cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
-    flat = np.repeat(flat, 3, axis=0)
+    flat, valid = safe_unit(cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+    # Far away from the origin rounding may put all corners into one place, which any normal serves.
+    flat = np.repeat(np.where(valid[:, None], flat, (0.0, 0.0, 1.0)), 3, axis=0)
     normals = surface.normals[surface.corners[rows][:, order]].reshape(-1, 3) @ normal_matrix(matrix).T
     normals, valid = safe_unit(normals)
     normals = np.where((valid & (dots(normals, flat) > 0.0))[:, None], normals, flat)

@@ -138,3 +138,29 @@ def test_a_radius_out_of_all_proportion_is_refused_and_any_other_gives_finite_li
     else:
         with pytest.raises(InvalidSettingError, match="out of all proportion"):
             baked(radius=radius, estimator=estimator)
+
+
+def test_links_from_the_blank_socket_of_a_group_keep_the_sockets_own_value():
+    def grouped(tree):
+        group = bpy.data.node_groups.new("group", "ShaderNodeTree")
+        group.interface.new_socket("Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
+        given, result = group.nodes.new("NodeGroupInput"), group.nodes.new("NodeGroupOutput")
+        inner = node(group, "ShaderNodeBsdfDiffuse", Color=(0.5, 0.5, 0.5, 1))
+        group.links.new(inner.outputs[0], result.inputs[0])
+        group.links.new(given.outputs[-1], inner.inputs["Normal"])
+        mixed = node(group, "ShaderNodeMixShader", Shader=inner.outputs[0], Shader_001=inner.outputs[0])
+        group.links.new(given.outputs[-1], mixed.inputs["Fac"])
+        group.links.new(mixed.outputs[0], result.inputs[0])
+        outer = tree.nodes.new("ShaderNodeGroup")
+        outer.node_tree = group
+        return outer
+
+    assert np.allclose(albedo_of(grouped), 0.5)
+
+
+def test_glass_and_metal_so_far_away_that_all_their_corners_are_in_one_place():
+    for name in ("ShaderNodeBsdfGlass", "ShaderNodeBsdfMetallic"):
+        obj = quad(name, location=(1e30, 0, 0))
+        obj.data.materials.append(material(lambda tree, name=name: node(tree, name)))
+    quad()
+    assert np.isfinite(read().scene.specular.normals).all()

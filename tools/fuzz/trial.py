@@ -1,0 +1,230 @@
+"""One trial: make the scene of a seed, bake it in one of the ways a user can, and judge what comes out."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import re
+import tempfile
+import time
+import traceback
+import warnings
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+import bpy
+import numpy as np
+from detp import detp_addon
+from detp.core.errors import DetpError
+from detp.core.settings import BakeSettings
+from detp.detp_addon import session
+from detp.detp_addon.command import main
+from detp.detp_addon.job import BakeRequest, bake_scene
+from detp.detp_addon.report import BakeReport, to_json
+from fuzz.chance import Chance
+from fuzz.fingerprint import baked_objects, broken_promises, fingerprint, values
+from fuzz.scenes import make_scene
+from fuzz.wishes import attribute_name, request_values, settings_values
+
+#: the longest sentence that is still one clear sentence
+LONGEST_SENTENCE = 600
+
+
+@dataclass
+class Outcome:
+    """What a trial showed.
+
+    verdict   "baked", "refused" with a named error, or "failed"
+    way       "job", "operator" or "command"
+    message   the report's headline, the error's sentence, or what is wrong, with a traceback
+    noise     runtime warnings of NumPy, by place
+    seconds   of making the scene and of baking it
+    """
+
+    seed: int
+    verdict: str = "failed"
+    way: str = ""
+    message: str = ""
+    noise: list[str] = field(default_factory=list)
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    def as_json(self) -> str:
+        """One line."""
+        return json.dumps(asdict(self))
+
+
+class Refused(Exception):  # noqa: N818
+    """The bake gave an error that a user can understand."""
+
+
+class Wrong(Exception):  # noqa: N818
+    """The bake did something that it must never do."""
+
+
+def try_seed(seed: int, entered: Callable[[str], None] = lambda phase: None) -> Outcome:
+    """Make, bake and judge the scene of ``seed``; calls ``entered`` with "making" and "baking" when they begin."""
+    chance = Chance(seed)
+    outcome = Outcome(seed)
+    attribute = attribute_name(chance)
+    entered("making")
+    start = time.perf_counter()
+    try:
+        make_scene(chance, attribute)
+    except Exception:
+        outcome.way, outcome.message = "making", traceback.format_exc()
+        return outcome
+    made = time.perf_counter()
+    outcome.way = chance.one_of("job", "job", "job", "job", "job", "operator", "command")
+    settings = settings_values(chance)
+    request = request_values(chance, attribute, [obj.name for obj in bpy.data.objects])
+    entered("baking")
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            outcome.message = WAYS[outcome.way](settings, request)
+            outcome.verdict = "baked"
+        except Refused as refusal:
+            outcome.message = str(refusal)
+            outcome.verdict = "refused"
+        except Wrong as wrong:
+            outcome.message = str(wrong)
+        except BaseException:
+            outcome.message = traceback.format_exc()
+    outcome.seconds = {"making": round(made - start, 2), "baking": round(time.perf_counter() - made, 2)}
+    outcome.noise = sorted({f"{Path(w.filename).name}:{w.lineno} {w.message}" for w in caught})
+    return outcome
+
+
+def _by_job(settings: dict, request: dict) -> str:
+    before = fingerprint()
+    try:
+        wanted = BakeRequest(BakeSettings(**settings), **request)
+        steps = bake_scene(bpy.context.scene, bpy.context.view_layer, wanted)
+        while True:
+            try:
+                next(steps)
+            except StopIteration as stop:
+                report = stop.value
+                break
+    except DetpError as error:
+        _judge_refusal(str(error), type(error).__name__, before, request)
+    _judge_bake(before, request, report.objects, report.warnings)
+    return _judged_report(report)
+
+
+def _by_operator(settings: dict, request: dict) -> str:
+    detp_addon.register()
+    try:
+        before = fingerprint()
+        session.forget()
+        options = {
+            **{name: value for name, value in settings.items() if name not in ("photons", "radius", "bounces", "seed")},
+            **request,
+            "photons": max(settings["photons"], 1),
+            "bounces": max(settings["bounces"], 0),
+            "seed": max(settings["seed"], 0),
+            "radius": min(max(settings["radius"] or 0.0, 0.0), 1e30),
+        }
+        known = bpy.ops.detp.bake.get_rna_type().properties
+        options = {
+            name: _as_option(known[name], value)
+            for name, value in options.items()
+            if name in known and value is not None
+        }
+        if options["targets"] not in ("VISIBLE", "SELECTED"):
+            options["targets"] = "VISIBLE"
+        try:
+            bpy.ops.detp.bake(**options)
+        except RuntimeError as error:
+            if "Traceback" in str(error):
+                raise
+            _judge_refusal(str(error).removeprefix("Error: ").strip(), "DetpError", before, request)
+        report = session.latest().outcome.report
+        if report is None:
+            raise Wrong(f"the operator ended without error and without report: {session.latest().outcome}")
+        _judge_bake(before, request, report.objects, report.warnings)
+        return _judged_report(report)
+    finally:
+        detp_addon.unregister()
+
+
+def _as_option(prop, value):
+    if prop.type != "ENUM":
+        return value
+    return str(value).upper().replace("-", "_")
+
+
+def _by_command(settings: dict, request: dict) -> str:
+    with tempfile.TemporaryDirectory() as folder:
+        scene, baked, log = (Path(folder) / name for name in ("scene.blend", "baked.blend", "report.json"))
+        if bpy.context.mode != "OBJECT":
+            bpy.ops.object.mode_set(mode="OBJECT")
+        bpy.ops.wm.save_as_mainfile(filepath=str(scene), copy=True)
+        bpy.ops.wm.open_mainfile(filepath=str(scene), use_scripts=False)
+        before = fingerprint()
+        given = {"domain": request["domain"].lower(), "attribute": request["attribute"], "report": log}
+        given |= {"quantity": request["quantity"], **settings, "indirect": "on" if settings["indirect"] else "off"}
+        given = {name: value for name, value in given.items() if value is not None and name != "shadow_distance"}
+        arguments = ["bake", str(scene), f"-o{baked}", *(f"--{name}={value}" for name, value in given.items())]
+        arguments += ["--split"] * request["split"]
+        printed = io.StringIO()
+        with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
+            status = main(arguments)
+        if "Traceback" in printed.getvalue():
+            raise Wrong(printed.getvalue())
+        if status != 0:
+            sentence = printed.getvalue().strip().splitlines()[-1].partition(": ")[2]
+            if status == 2:
+                raise Refused(f"usage: {sentence}")
+            _judge_refusal(sentence, "DetpError", before, request)
+        (entry,) = json.loads(log.read_text(encoding="utf-8"))
+        _judge_bake(before, request, entry["objects"], entry["warnings"])
+        bpy.ops.wm.open_mainfile(filepath=str(baked), use_scripts=False)
+        return printed.getvalue().strip().splitlines()[-1]
+
+
+WAYS = {"job": _by_job, "operator": _by_operator, "command": _by_command}
+
+
+def _judge_refusal(sentence: str, kind: str, before: dict, request: dict) -> None:
+    """Raise Refused when the error is a clear sentence and nothing has changed, Wrong otherwise."""
+    if not sentence.endswith((".", "?")) or "\n" in sentence or len(sentence) > LONGEST_SENTENCE:
+        raise Wrong(f"not a clear sentence ({kind}): {sentence}")
+    if kind == "InvalidArrayError" or re.search(r"\brow \d+ is", sentence):
+        raise Wrong(f"a sentence for programmers ({kind}): {sentence}")
+    changes = broken_promises(before, fingerprint(), (), [])
+    if changes:
+        raise Wrong(f"a bake that failed with '{sentence}' changed something: " + "; ".join(changes)[:2000])
+    raise Refused(f"{kind}: {sentence}")
+
+
+def _judge_bake(before: dict, request: dict, objects: int, notes) -> None:
+    """Raise Wrong unless ``objects`` meshes have finite colours and the rest is as it was."""
+    after = fingerprint()
+    attributes = BakeRequest(**request).attributes
+    baked = baked_objects(before, after, attributes[0])
+    if len(baked) != objects:
+        raise Wrong(f"the report names {objects} objects, and {len(baked)} have new colours: {baked}")
+    for name in baked:
+        mesh = next(obj for obj in bpy.data.objects if obj.name_full == name).data
+        for layer in (mesh.attributes[attribute] for attribute in attributes):
+            if (layer.data_type, layer.domain) != ("FLOAT_COLOR", request["domain"]):
+                raise Wrong(f"the colours of {name} are {layer.data_type} on {layer.domain}")
+            if not np.isfinite(values(layer)[:, :3]).all():
+                raise Wrong(f"colours {layer.name} of {name} are not finite: {values(layer)[:8].tolist()}")
+    changes = broken_promises(before, after, attributes, baked)
+    if changes:
+        raise Wrong("the bake changed more than its colours: " + "; ".join(changes)[:2000])
+    for note in notes:
+        if "\n" in note or "nan" in note.lower().split() or "{}" in note:
+            raise Wrong(f"not a clear note: {note}")
+
+
+def _judged_report(report: BakeReport) -> str:
+    to_json([report.as_json()])
+    headline = report.headline()
+    if "nan" in headline.split() or not all(isinstance(line, str) for line in report.details()):
+        raise Wrong(f"not a clear headline: {headline}")
+    return headline

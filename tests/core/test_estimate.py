@@ -27,12 +27,16 @@ def simulated(particles, seed, share=0.05):
     return accumulator.estimate(), each
 
 
+def with_one_more(each):
+    """The standard error (3,) of the mean of ``each`` (n, 3), counting one crossing more of a mean square of 1/2."""
+    count = len(each)
+    return np.sqrt((each.var(axis=0) + 0.5 / count) / (count - 1))
+
+
 def test_mean_and_standard_error_are_those_of_the_particles():
     estimate, each = simulated(10_000, 1)
     assert estimate.irradiance.value[0] == pytest.approx(each.mean(axis=0))
-    assert estimate.irradiance.standard_error[0] == pytest.approx(
-        each.std(axis=0, ddof=1) / np.sqrt(len(each)), rel=2e-4
-    )
+    assert estimate.irradiance.standard_error[0] == pytest.approx(with_one_more(each), rel=2e-4)
 
 
 def test_merged_estimates_are_the_estimate_of_all_particles():
@@ -41,7 +45,7 @@ def test_merged_estimates_are_the_estimate_of_all_particles():
     each = np.concatenate([each_first, each_second])
     assert merged.samples == 10_000
     assert merged.irradiance.value[0] == pytest.approx(each.mean(axis=0))
-    assert merged.irradiance.standard_error[0] == pytest.approx(each.std(axis=0, ddof=1) / 100, rel=2e-4)
+    assert merged.irradiance.standard_error[0] == pytest.approx(with_one_more(each), rel=1e-3)
     assert np.array_equal(IrradianceEstimate.empty(1).merged(first).total, first.total)
 
 
@@ -51,6 +55,12 @@ def test_the_standard_error_covers_the_truth_as_often_as_it_says():
         estimate, _ = simulated(20_000, 100 + seed)
         inside += abs(estimate.irradiance.value[0, 0] - 0.05 / 2) < 1.96 * estimate.irradiance.standard_error[0, 0]
     assert 0.92 < inside / 400 < 0.98
+
+
+def test_where_nothing_crossed_the_error_is_that_of_one_crossing():
+    estimate, _ = simulated(1000, 4, share=0.0)
+    assert (estimate.irradiance.value == 0).all()
+    assert estimate.irradiance.standard_error[0] == pytest.approx(np.sqrt(0.5) / 1000, rel=0.1)
 
 
 def test_dark_points_and_single_particles():

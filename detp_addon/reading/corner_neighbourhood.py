@@ -11,7 +11,7 @@ from ...core.rays import RELATIVE_TOLERANCE, RayCaster
 from ...core.triangles import normals_and_areas
 from .estimation_points import CornerPoints
 from .read_meshes import MeshSurface
-from .triangle_geometry import dots, safe_unit
+from .triangle_geometry import cross, dots, safe_unit
 
 #: how far from its vertex a corner looks around, as a share of the way to the middle of its triangles
 _ASIDE = 0.01
@@ -24,26 +24,30 @@ _TOUCHING = 24
 #: order. It must leave them within _TOUCHING.
 _DRAWN_BACK = 8
 
-#: A corner is cut off when less than this share of the way from its triangles' middles is hidden.
-_CUT_OFF = 0.5
+#: the places from which triangles look for their corners, in sixths of their vertices: the middle, and half-way between
+#: it and the vertices, lest a mere post hides a corner
+_LOOKS = ((2, 2, 2), (4, 1, 1), (1, 4, 1), (1, 1, 4))
 
-#: the places from which triangles look for their corners, in sixths of their vertices, and the share of the way from
-#: there that may be hidden: the middle, and half-way between it and the vertices, lest a mere post hides a corner
-_LOOKS = (((2, 2, 2), _CUT_OFF), ((4, 1, 1), 1.0), ((1, 4, 1), 1.0), ((1, 1, 4), 1.0))
+#: the least weight of a triangle, as an angle in radians
+_LEAST_ANGLE = 1e-6
+
+#: a corner is a vertex of a triangle when it is nearer to it than this share of the triangle's longer edge there
+_SAME_PLACE = 1e-4
 
 
 @dataclass(frozen=True)
 class Corners:
     """The face corners of all objects: C corners, N points, P pairs of a corner and a triangle that shows its colour.
 
-    rows      (C,) the point of each corner, -1 for none, and vertices (C,), both counted through all objects
+    rows      (C,) the point of each corner, -1 for none; vertices (C,) and faces (C,); counted through all objects
     centres   (N, 3) metres; normals (N, 3) unit
     pairs     (P,) the corner of each pair; triangles (P, 3, 3) the vertices of its triangle in the world, metres
-    inward    (C, 3) metres, from each corner to the middle of its triangles
+    inward    (C, 3) metres, from each corner across its triangles, half-way between their edges
     """
 
     rows: np.ndarray
     vertices: np.ndarray
+    faces: np.ndarray
     centres: np.ndarray
     normals: np.ndarray
     pairs: np.ndarray
@@ -53,21 +57,22 @@ class Corners:
     @staticmethod
     def joined(points: list[CornerPoints], surfaces: list[MeshSurface]) -> Corners:
         """All corners of objects that have these ``points`` on these ``surfaces``."""
-        none = np.zeros(0, np.int64)
-        columns = [(none, none, np.zeros((0, 3)), np.zeros((0, 3)), none, np.zeros((0, 3, 3)))]
-        row = vertex = corner = 0
+        none, starts = np.zeros(0, np.int64), np.zeros(4, np.int64)
+        columns = [(none, none, none, np.zeros((0, 3)), np.zeros((0, 3)), none, np.zeros((0, 3, 3)))]
         for part, surface in zip(points, surfaces, strict=True):
-            rows = np.where(part.rows >= 0, part.rows + row, -1)
+            rows = np.where(part.rows >= 0, part.rows + starts[0], -1)
+            vertices, faces, pairs = part.vertices + starts[1], part.faces + starts[2], part.corners + starts[3]
             placed = surface.vertices @ part.matrix[:3, :3].T + part.matrix[:3, 3]
             triangles = placed[surface.triangles[part.triangles]]
-            columns.append((rows, part.vertices + vertex, part.centres, part.normals, part.corners + corner, triangles))
-            row, corner = row + len(part.centres), corner + len(part.rows)
-            vertex += int(part.vertices.max(initial=-1)) + 1
-        rows, vertices, centres, normals, pairs, triangles = map(np.concatenate, zip(*columns, strict=True))
+            columns.append((rows, vertices, faces, part.centres, part.normals, pairs, triangles))
+            counts = [group.max(initial=-1) + 1 for group in (part.vertices, part.faces)]
+            starts += (len(part.centres), *counts, len(part.rows))
+        rows, vertices, faces, centres, normals, pairs, triangles = map(np.concatenate, zip(*columns, strict=True))
         known = np.flatnonzero(rows[pairs] >= 0)
         pairs, triangles = pairs[known], triangles[known]
-        inward = means(triangles.mean(axis=1) - centres[rows[pairs]], pairs, len(rows))
-        return Corners(rows, vertices, centres, normals, pairs, triangles, inward)
+        bisectors, angles = _bisectors(triangles, centres[rows[pairs]])
+        inward = means(bisectors, pairs, len(rows), angles)
+        return Corners(rows, vertices, faces, centres, normals, pairs, triangles, inward)
 
 
 class Neighbourhood:
@@ -82,7 +87,7 @@ class Neighbourhood:
     def covered(self) -> np.ndarray:
         """Whether (C,) the face of each corner lies against the front of another one."""
         rows = np.flatnonzero(self._corners.rows >= 0)
-        normals, aside, _ = self._aside(rows, self._corners.inward[rows])
+        normals, aside, _ = self._aside(rows)
         met, distance = self._looks(aside, normals)
         against = (met >= 0) & (distance < _TOUCHING * self._tolerance)
         result = np.zeros(len(self._corners.rows), bool)
@@ -96,43 +101,56 @@ class Neighbourhood:
         following = np.arange(1, len(rows) + 1)
         following[np.append(starts[1:], len(rows))[: len(starts)] - 1] = starts
         several = np.flatnonzero(following != np.arange(len(rows)))
-        normals, aside, steps = self._aside(rows, self._corners.inward[rows])
+        normals, aside, steps = self._aside(rows)
         lifted = aside + steps[:, None] * normals
         way = lifted[following[several]] - lifted[several]
         directions, moves = safe_unit(way)
         hidden = self._caster.occluded(lifted[several], directions, np.sqrt(dots(way, way))) & moves
         return rows[several[hidden]]
 
-    def cut_off(self) -> np.ndarray:
-        """Whether (C,) no triangle of each corner sees it, although most of the way from their middles is free."""
+    def behind(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """How far (C,) each corner lies behind something as seen from its triangles, as a share of the way there from
+        their middles, 0 where one of them sees it; the way (C, 3) m from the corner to where the free part of its face
+        begins, and the unit normal (C, 3) of what ends it there.
+        """
         corners = self._corners
         pairs = np.arange(len(corners.pairs))
-        for weights, share in _LOOKS:
+        for weights in _LOOKS:
             starts = np.einsum("c,pcx->px", np.array(weights) / 6, corners.triangles[pairs])
-            pairs = pairs[self._end_before(pairs, starts, share)]
-        shown = np.bincount(corners.pairs, minlength=len(corners.rows))
-        hidden = np.bincount(corners.pairs[pairs], minlength=len(corners.rows))
-        return (shown > 0) & (hidden == shown)
+            met, left = self._ends_before(pairs, starts)
+            if weights == _LOOKS[0]:
+                first_met, first_left = met, left
+            pairs = pairs[met >= 0]
+        unseen, shown = (np.bincount(corners.pairs[rows], minlength=len(corners.rows)) for rows in (pairs, slice(None)))
+        # Of several triangles the one that shows most tells where the free part begins.
+        pairs = pairs[np.argsort(-first_left[pairs], kind="stable")]
+        pairs = pairs[(unseen == shown)[corners.pairs[pairs]]]
+        rows, left = corners.pairs[pairs], first_left[pairs]
+        share, way, facing = np.zeros(len(corners.rows)), *np.zeros((2, len(corners.rows), 3))
+        share[rows], facing[rows] = left, self._facing[first_met[pairs]]
+        way[rows] = left[:, None] * (corners.triangles[pairs].mean(axis=1) - corners.centres[corners.rows[rows]])
+        return share, way, facing
 
-    def _end_before(self, pairs: np.ndarray, starts: np.ndarray, share: float) -> np.ndarray:
-        """Whether a front ends the ways from ``starts`` (K, 3), on the triangles of ``pairs`` (K,), to their corners,
-        with less than this ``share`` of the way left.
+    def _ends_before(self, pairs: np.ndarray, starts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The surface (K,), -1 for none, whose front ends the way from ``starts`` (K, 3), on the triangles of ``pairs``
+        (K,), to their corners, and the share (K,) of the way that is left there.
         """
-        rows, triangles = self._corners.pairs[pairs], self._corners.triangles[pairs]
-        inward = triangles.mean(axis=1) - self._corners.centres[self._corners.rows[rows]]
-        normals, aside, steps = self._aside(rows, inward)
-        flat, _ = normals_and_areas(triangles)
+        rows = self._corners.pairs[pairs]
+        centres = self._corners.centres[self._corners.rows[rows]]
+        normals, aside, steps = self._aside(rows)
+        flat, _ = normals_and_areas(self._corners.triangles[pairs])
         # Along the triangle itself, not by its corner's normal, which may lead through a bent surface.
         lift = steps[:, None] * np.copysign(1.0, dots(flat, normals))[:, None] * flat
         directions, _ = safe_unit(aside - starts)
         met, distance = self._looks(starts + lift, directions)
-        way = np.sqrt(dots(aside - starts, aside - starts))
-        fronts = (met >= 0) & (dots(self._facing[met], directions) < 0)
-        return fronts & (distance < way) & (distance > (1 - share) * way)
+        before = distance**2 < dots(aside - starts, aside - starts)
+        ends = before & (met >= 0) & (dots(self._facing[met], directions) < 0)
+        way = np.sqrt(dots(centres - starts, centres - starts))
+        return np.where(ends, met, -1), 1.0 - distance / np.where(way > 0, way, 1.0)
 
-    def _aside(self, rows: np.ndarray, inward: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The normals (K, 3) of corners, places (K, 3) a little ``inward`` (K, 3) of them, and how far (K,) that is."""
-        points = self._corners.rows[rows]
+    def _aside(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The normals (K, 3) of corners, places (K, 3) just inside their faces, and how far (K,) that is."""
+        points, inward = self._corners.rows[rows], self._corners.inward[rows]
         directions, _ = safe_unit(inward)
         length = np.sqrt(dots(inward, inward))
         steps = np.minimum(np.maximum(_ASIDE * length, _LEAST * self._tolerance), 0.5 * length)
@@ -145,7 +163,26 @@ class Neighbourhood:
         return hits.triangle, np.sqrt(dots(away, away))
 
 
-def means(values: np.ndarray, groups: np.ndarray, count: int) -> np.ndarray:
-    """Mean (count, 3) of the ``values`` (K, 3) of each of the ``groups`` (K,), zero where it has none."""
-    sums = [np.bincount(groups, values[:, axis], count) for axis in range(3)]
-    return np.stack(sums, axis=1) / np.maximum(np.bincount(groups, minlength=count), 1)[:, None]
+def means(values: np.ndarray, groups: np.ndarray, count: int, weights: np.ndarray | None = None) -> np.ndarray:
+    """Mean (count, 3) of the ``values`` (K, 3) of each of the ``groups`` (K,) by ``weights`` (K,), zero for none."""
+    weights = np.ones(len(groups)) if weights is None else weights
+    total = np.bincount(groups, weights, count)
+    sums = [np.bincount(groups, weights * values[:, axis], count) for axis in range(3)]
+    return np.stack(sums, axis=1) / np.where(total > 0, total, 1.0)[:, None]
+
+
+def _bisectors(triangles: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What leads (P, 3) from ``corners`` (P, 3) of ``triangles`` (P, 3, 3) half-way between the edges to the opposite
+    one, and the angle (P,) there; for places inside a triangle, to its middle.
+    """
+    away = triangles - corners[:, None]
+    lengths = np.sqrt(np.einsum("pcx,pcx->pc", away, away))
+    own, pairs = lengths.argmin(axis=1), np.arange(len(triangles))
+    (first, a), (second, b) = ((away[pairs, (own + k) % 3], lengths[pairs, (own + k) % 3]) for k in (1, 2))
+    # The bisector meets the opposite edge at parts that are to each other as the edges beside it.
+    total = np.where(a + b > 0, a + b, 1.0)[:, None]
+    bisectors = (b[:, None] * first + a[:, None] * second) / total
+    across = cross(first, second)
+    angles = np.maximum(np.arctan2(np.sqrt(dots(across, across)), dots(first, second)), _LEAST_ANGLE)
+    inside = lengths[pairs, own] > _SAME_PLACE * np.maximum(a, b)
+    return np.where(inside[:, None], triangles.mean(axis=1) - corners, bisectors), np.where(inside, 1.0, angles)

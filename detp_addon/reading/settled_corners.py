@@ -1,8 +1,8 @@
 """Which face corner takes its light from which point, in view of the surfaces that touch it or stand before it.
 
 Corners of one vertex and one normal share a point, as long as they see each other from just inside their faces. Where a
-wall stands between them each gets a point of its own. A corner that lies behind another surface, while nearly all of
-its face lies in front of it, gets none: its own light would be that of another room.
+wall stands between them each gets a point of its own. A corner that lies behind another surface, while most of its face
+lies in front of it, is moved to where the free part of the face ends: its own light would be that of another room.
 """
 
 from __future__ import annotations
@@ -15,6 +15,10 @@ from ...core.scene import Scene
 from .corner_neighbourhood import Corners, Neighbourhood, means
 from .estimation_points import CornerPoints
 from .read_meshes import MeshSurface
+from .triangle_geometry import dots
+
+#: Corners that lie behind something are moved in front of it, if less of the way from their faces' middles is hidden.
+MOST_BEHIND = 0.5
 
 
 @dataclass(frozen=True)
@@ -23,8 +27,9 @@ class SettledPoints:
 
     rows      for each object the point (C,) of each face corner, -1 for none
     centres   (N, 3) metres; normals (N, 3) unit
-    inward    (N, 3) metres, from each point to the middle of the triangles that show its colour: into its own faces
-    covered   (N,) whether another face lies against that of the point, and hides it if both belong to solid things
+    inward    (N, 3) metres, from each point into the triangles that show its colour, away from their edges
+    covered   (N,) whether another face lies against that of the point, or stands before it as seen from its middle: if
+              the point is dark, the light of the face is not
     """
 
     rows: tuple[np.ndarray, ...]
@@ -38,30 +43,35 @@ def settled_points(points: list[CornerPoints], surfaces: list[MeshSurface], scen
     """The points of objects with these ``points`` and ``surfaces``, among everything that stands in ``scene``.
 
     With the ``domain`` POINT a vertex has one colour: its covered corners leave that to the others, and when half of
-    its corners are cut off, none of them gives it.
+    its corners were moved, only those give it.
     """
     corners = Corners.joined(points, surfaces)
-    rows = corners.rows.copy()
+    rows, centres, inward = corners.rows.copy(), corners.centres[corners.rows], corners.inward
     covered, alone = np.zeros((2, len(rows)), bool)
     opaque = (scene.transmittance == 0).all(axis=1)
     if opaque.any():
         around = Neighbourhood(corners, scene.corners[opaque])
-        cut_off, covered = around.cut_off(), around.covered()
+        (behind, way, facing), covered = around.behind(), around.covered()
+        moved = (behind > 0) & (behind < MOST_BEHIND)
+        centres = centres + moved[:, None] * way
+        # On, away from what the corner lay behind, too.
+        length = np.sqrt(dots(inward, inward))[:, None]
+        inward = np.where(moved[:, None], 0.5 * (inward + length * facing), inward)
         if domain == "POINT":
             # Half of its faces see the vertex behind something: the others shall not light it for them.
-            sides = np.bincount(corners.vertices, np.where(cut_off, 1, -1))
-            cut_off = sides[corners.vertices] >= 0
-        rows[cut_off] = -1
-        if domain == "POINT":
+            sides = np.bincount(corners.vertices, np.where(moved, 1, -1))
+            rows[(sides[corners.vertices] >= 0) & ~moved] = -1
             rows[covered & _shares(corners.vertices, np.flatnonzero(~covered & (rows >= 0)))] = -1
-        alone = _shares(corners.rows, around.apart(np.flatnonzero(rows >= 0)))
+        alone = moved | _shares(corners.rows, around.apart(np.flatnonzero((rows >= 0) & ~moved)))
+        covered = (covered | (behind > 0)) & ~moved
     used = np.flatnonzero(rows >= 0)
     key = np.where(alone, 2 * len(corners.centres) + np.arange(len(rows)), 2 * rows + covered)[used]
     _, first, rows[used] = np.unique(key, return_index=True, return_inverse=True)
-    old, covered = corners.rows[used][first], covered[used][first]
-    inward = means(corners.inward[used], rows[used], len(first))
+    first, inward = used[first], means(inward[used], rows[used], len(first))
     ends = np.cumsum([len(part.rows) for part in points], dtype=np.int64)
-    return SettledPoints(tuple(np.split(rows, ends))[:-1], corners.centres[old], corners.normals[old], inward, covered)
+    return SettledPoints(
+        tuple(np.split(rows, ends))[:-1], centres[first], corners.normals[corners.rows[first]], inward, covered[first]
+    )
 
 
 def _shares(groups: np.ndarray, members: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ import numpy as np
 
 from .nearest_surface import nearest_places
 from .read_attributes import face_sizes
-from .read_meshes import MeshSurface, corner_vertex_indices, vertex_positions
+from .read_meshes import MeshSurface, corner_vertex_indices, stored_normals, vertex_positions
 from .surface_normals import corner_normals, face_directions
 from .triangle_geometry import cross, dots, normal_matrix, safe_unit
 
@@ -91,7 +91,7 @@ def _on_changed_surface(obj, evaluated, surface: MeshSurface, vertex_of: np.ndar
     kept = kinds <= _KEEPS_VERTICES | _MOVES_VERTICES and len(surface.vertices) >= len(original.vertices)
     before = surface.vertices[: len(original.vertices)] if kept else vertex_positions(original)
     turned = kept and (kinds & _MOVES_VERTICES or original.shape_keys is not None)
-    wanted = _stored_normals(original)
+    wanted = stored_normals(original)
     if turned:
         # Bones have turned the surface, so the normals of the rest pose say nothing about it.
         wanted = np.zeros_like(wanted)
@@ -104,19 +104,13 @@ def _on_changed_surface(obj, evaluated, surface: MeshSurface, vertex_of: np.ndar
     return places[rows], normals[rows], triangles[rows]
 
 
-def _stored_normals(mesh) -> np.ndarray:
-    values = np.empty(3 * len(mesh.loops), np.float32)
-    mesh.corner_normals.foreach_get("vector", values)
-    return np.nan_to_num(values.astype(np.float64).reshape(-1, 3))
-
-
 def _interpolated_normals(mesh, surface: MeshSurface, triangles: np.ndarray, places: np.ndarray) -> np.ndarray:
     """Normals (E, 3) at places on triangles, between those of the triangles' corners."""
     corners = surface.vertices[surface.triangles[triangles]]
     flat = face_directions(surface)[triangles]
     areas = [dots(cross(corners[:, (k + 1) % 3] - places, corners[:, (k + 2) % 3] - places), flat) for k in range(3)]
     weights = np.maximum(np.stack(areas, axis=1), 0.0)
-    at_corners = _stored_normals(mesh)[surface.corners[triangles]]
+    at_corners = stored_normals(mesh)[surface.corners[triangles]]
     smooth, valid = safe_unit(np.einsum("ek,eki->ei", weights, at_corners))
     agrees = valid & (dots(smooth, flat) > 0.0)
     return np.where(agrees[:, None], smooth, flat)

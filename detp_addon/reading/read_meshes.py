@@ -58,7 +58,7 @@ def read_mesh(mesh, slots: list, materials: Materials, findings: Findings, name:
         recipes,
         rows,
         {key: corner_values(mesh, key, corner_vertices, findings) for key in needs},
-        corner_normals(mesh) if any(recipe.specular for recipe in recipes) else None,
+        stored_normals(mesh) if any(recipe.specular for recipe in recipes) else None,
     )
 
 
@@ -69,11 +69,14 @@ def vertex_positions(mesh) -> np.ndarray:
     return values.astype(np.float64).reshape(-1, 3)
 
 
-def corner_normals(mesh) -> np.ndarray:
-    """The normal (C, 3) of each face corner, zero where it is not a number."""
-    values = np.empty(3 * len(mesh.loops), np.float32)
-    mesh.corner_normals.foreach_get("vector", values)
-    return np.nan_to_num(values.astype(np.float64).reshape(-1, 3))
+def stored_normals(mesh) -> np.ndarray:
+    """The normal (C, 3) that Blender gives each face corner, zero where it is not a number."""
+    values = np.zeros(3 * len(mesh.loops), np.float32)
+    custom = mesh.attributes.get("custom_normal")
+    # Blender 4.5 aborts when it is asked for corners' normals that a script has stored on edges.
+    if custom is None or custom.domain != "EDGE":
+        mesh.corner_normals.foreach_get("vector", values)
+    return np.nan_to_num(values.astype(np.float64).reshape(-1, 3), posinf=0.0, neginf=0.0)
 
 
 def corner_vertex_indices(mesh) -> np.ndarray:

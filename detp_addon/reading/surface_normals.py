@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .read_attributes import face_sizes
-from .read_meshes import MeshSurface
+from .read_meshes import MeshSurface, stored_normals
 from .triangle_geometry import cross, dots, safe_unit
 
 #: cosine below which a corner's normal does not belong to its face
@@ -33,7 +33,7 @@ def corner_normals(mesh, surface: MeshSurface) -> tuple[np.ndarray, np.ndarray]:
     faces, face_ok = _sums(areas, corner_face[surface.corners[:, 0]], np.arange(len(areas)), len(mesh.polygons))
     faces, face_ok = safe_unit(faces)[0][corner_face], face_ok[corner_face]
     around, around_ok = safe_unit(around)[0][vertex_of], around_ok[vertex_of]
-    normals, stored = safe_unit(_stored(mesh.corner_normals))
+    normals, stored = safe_unit(stored_normals(mesh))
     beside_face = face_ok & ((dots(normals, faces) > _ASIDE) | mesh.has_custom_normals)
     trusted = stored & (beside_face | (around_ok & (dots(normals, around) > _AGREES)))
     return np.where(trusted[:, None], normals, faces), trusted | face_ok
@@ -56,12 +56,6 @@ def _sums(vectors: np.ndarray, groups: np.ndarray, rows: np.ndarray, size: int) 
     sums = np.stack([np.bincount(groups, vectors[rows, axis], size) for axis in range(3)], axis=1)
     lengths = np.bincount(groups, _lengths(vectors)[rows], size)
     return sums, _lengths(sums) > _CANCELLED * lengths
-
-
-def _stored(source) -> np.ndarray:
-    values = np.empty(3 * len(source), np.float32)
-    source.foreach_get("vector", values)
-    return values.astype(np.float64).reshape(-1, 3)
 
 
 def _lengths(vectors: np.ndarray) -> np.ndarray:

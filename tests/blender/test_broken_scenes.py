@@ -10,7 +10,7 @@ from detp.core.settings import BakeSettings  # noqa: E402
 from detp.detp_addon.job import BakeRequest, bake_scene  # noqa: E402
 from detp.detp_addon.reading.remembered import DEEPEST, Remembered  # noqa: E402
 from detp.detp_addon.write_attributes import MeshColours, write_colours  # noqa: E402
-from made_scenes import fresh, lamp, material, node, quad, read, world  # noqa: E402
+from made_scenes import cube, fresh, lamp, material, node, quad, read, world  # noqa: E402
 
 
 @pytest.fixture(autouse=True)
@@ -164,3 +164,20 @@ def test_glass_and_metal_so_far_away_that_all_their_corners_are_in_one_place():
         obj.data.materials.append(material(lambda tree, name=name: node(tree, name)))
     quad()
     assert np.isfinite(read().scene.specular.normals).all()
+
+
+def test_normals_stored_on_edges_do_not_end_blender():
+    obj = cube("quad")
+    obj.data.polygons[0].use_smooth = True
+    obj.data.attributes.new("custom_normal", "FLOAT_VECTOR", "EDGE")
+    result = read()
+    assert len(result.centres) == 24 and np.allclose(np.abs(result.normals).max(axis=1), 1.0)
+
+
+@pytest.mark.parametrize("number", [np.nan, np.inf, 0.0, 1e38])
+def test_custom_normals_that_are_no_directions_give_way_to_the_faces(number):
+    obj = quad()
+    obj.data.polygons[0].use_smooth = True
+    layer = obj.data.attributes.new("custom_normal", "FLOAT_VECTOR", "CORNER")
+    layer.data.foreach_set("vector", [0.0, 0.0, number] * 4)
+    assert np.allclose(read().normals, (0, 0, 1))

@@ -26,6 +26,10 @@ DIRECTIONS = 32
 #: line where two walls meet is clearly in front of both.
 NUDGE = 0.01
 
+#: But by no more than so many of the caster's tolerances, 1/2048 of the scene's radius: where a disc is as large as the
+#: scene, light does not come nearer by a hundredth of that.
+MOST_NUDGE = 256
+
 #: Higher lifts, in radii, that are tried while each shows GAIN times the area of the one before: inside a hollow, where
 #: the tangent plane lies behind the surface, a disc must be lifted by its sagitta.
 LIFTS = (0.05, 0.2)
@@ -99,7 +103,7 @@ def visible_discs(caster: RayCaster, discs: TangentDiscs, inward: np.ndarray | N
     where it need not be, None if nowhere.
     """
     inward = np.zeros_like(discs.centres) if inward is None else inward
-    nudge = np.maximum(NUDGE * discs.radii, 8 * caster.tolerance)
+    nudge = np.clip(NUDGE * discs.radii, 8 * caster.tolerance, MOST_NUDGE * caster.tolerance)
     # Along the tangent plane only: from a rounded convex corner the middle of its faces lies inside the solid.
     inward = inward - np.einsum("ij,ij->i", inward, discs.normals)[:, None] * discs.normals
     share = np.minimum(nudge / np.maximum(np.linalg.norm(inward, axis=1), nudge), 0.5)

@@ -114,7 +114,7 @@ def respond(surfaces: list[MeshSurface], materials: Materials) -> list[Response]
 def _recipes(mesh, slots: list, materials: Materials, count: int) -> tuple[tuple[Recipe, ...], np.ndarray]:
     """The recipes of the slots, and which of them each triangle has."""
     layer = mesh.attributes.get("material_index")
-    if len(slots) < 2 or layer is None or layer.domain != "FACE" or count == 0:
+    if len(slots) < 2 or layer is None or (layer.domain, layer.data_type) != ("FACE", "INT") or count == 0:
         rows = np.zeros(count, np.int64)
     else:
         indices = np.empty(len(mesh.polygons), np.int32)

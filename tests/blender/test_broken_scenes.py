@@ -181,3 +181,14 @@ def test_custom_normals_that_are_no_directions_give_way_to_the_faces(number):
     layer = obj.data.attributes.new("custom_normal", "FLOAT_VECTOR", "CORNER")
     layer.data.foreach_set("vector", [0.0, 0.0, number] * 4)
     assert np.allclose(read().normals, (0, 0, 1))
+
+
+@pytest.mark.parametrize("kind", ["FLOAT", "FLOAT_COLOR", "BOOLEAN", "INT8"])
+def test_material_indices_that_are_no_whole_numbers_mean_the_first_slot(kind):
+    obj = quad()
+    for colour in ((0.5, 0.5, 0.5, 1), (0.1, 0.1, 0.1, 1)):
+        obj.data.materials.append(
+            material(lambda tree, colour=colour: node(tree, "ShaderNodeBsdfDiffuse", Color=colour))
+        )
+    obj.data.attributes.new("material_index", kind, "FACE")
+    assert np.allclose(read().scene.albedo, 0.5)

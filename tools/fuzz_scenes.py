@@ -22,7 +22,7 @@ def main() -> int:
         return 0
     seeds = range(arguments.seed, arguments.seed + arguments.scenes)
     if arguments.only is not None:
-        seeds = range(arguments.only, arguments.only + 1)
+        seeds = [arguments.only]
     counts, refusals, noises, slowest = Counter(), Counter(), Counter(), []
     for outcome in trials(seeds, arguments.limit):
         counts[outcome["verdict"]] += 1

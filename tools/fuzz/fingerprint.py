@@ -21,7 +21,7 @@ def fingerprint() -> dict:
     blocks = {}
     for name in dir(bpy.data):
         collection = getattr(bpy.data, name)
-        if type(collection).__name__ == "bpy_prop_collection":
+        if type(collection).__name__ == "bpy_prop_collection" and name != "all_ids":
             blocks[name] = {block.name_full: block.users for block in collection}
     scene, layer = bpy.context.scene, bpy.context.view_layer
     selected = [obj.name for obj in layer.objects if obj.select_get()]

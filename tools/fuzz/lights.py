@@ -53,7 +53,7 @@ def _light_nodes(chance: Chance, lamp) -> None:
 
 def odd_world(chance: Chance) -> bpy.types.World | None:
     """A world, or none. Skies that only Cycles can draw take time, so they are rare."""
-    if chance.likely(0.25):
+    if chance.likely(0.2):
         return None
     world = bpy.data.worlds.new("world")
     put(world, "color", chance.numbers(3, 0, 1))

@@ -151,7 +151,8 @@ def _layers(chance: Chance, mesh, attribute: str) -> None:
                 layer.data.foreach_set("color", values)
         except REFUSALS:
             continue
-    if chance.likely(0.3) and len(mesh.polygons):
+    # Blender 5.2 itself crashes when it is told the materials of faces that have an attribute of that name.
+    if chance.likely(0.3) and len(mesh.polygons) and "material_index" not in mesh.attributes:
         mesh.polygons.foreach_set("material_index", [chance.one_of(0, 0, 1, 2, 7) for _ in mesh.polygons])
     if chance.likely(0.05):
         put(mesh, "texspace_size", chance.numbers(3, 0, 1))

@@ -16,8 +16,8 @@ _LEFT_ALONE = ("FLUID", "OCEAN", "DYNAMIC_PAINT", "MESH_CACHE", "MESH_SEQUENCE_C
 def add_modifiers(chance: Chance, obj, others: list) -> None:
     """One to three modifiers on a mesh object, which may look at ``others``."""
     others = [other for other in others if other != obj]
-    for _ in range(chance.count(1, 3)):
-        name = chance.one_of(*USUAL) if chance.likely(0.85) else chance.one_of(*_all_kinds())
+    names = [chance.one_of(*USUAL) if chance.likely(0.85) else chance.one_of(*_all_kinds()) for _ in range(3)]
+    for name in dict.fromkeys(names[: chance.count(1, 3)]):
         try:
             modifier = obj.modifiers.new(name.title(), name)
         except REFUSALS:

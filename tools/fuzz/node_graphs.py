@@ -127,7 +127,7 @@ def shader_ladder(chance: Chance, tree, output) -> None:
 def value_ladder(chance: Chance, tree, output) -> None:
     """A long chain of arithmetic behind a colour."""
     source = tree.nodes.new("ShaderNodeValue").outputs[0]
-    for _ in range(chance.one_of(3, 100, 600)):
+    for _ in range(chance.one_of(3, 100, 300)):
         rung = tree.nodes.new("ShaderNodeMath")
         put(rung, "operation", chance.one_of("ADD", "MULTIPLY", "SINE", "DIVIDE"))
         for socket in rung.inputs[:2]:

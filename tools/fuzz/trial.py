@@ -37,7 +37,7 @@ class Outcome:
     """What a trial showed.
 
     verdict   "baked", "refused" with a named error, or "failed"
-    way       "job", "operator" or "command"
+    way       one of WAYS
     message   the report's headline, the error's sentence, or what is wrong, with a traceback
     noise     runtime warnings of NumPy, by place
     seconds   of making the scene and of baking it
@@ -76,7 +76,7 @@ def try_seed(seed: int, entered: Callable[[str], None] = lambda phase: None) -> 
         outcome.way, outcome.message = "making", traceback.format_exc()
         return outcome
     made = time.perf_counter()
-    outcome.way = chance.one_of("job", "job", "job", "job", "job", "operator", "command")
+    outcome.way = chance.one_of("job", "job", "job", "job", "twice", "cancelled", "operator", "operator", "command")
     settings = settings_values(chance)
     request = request_values(chance, attribute, [obj.name for obj in bpy.data.objects])
     entered("baking")
@@ -112,6 +112,32 @@ def _by_job(settings: dict, request: dict) -> str:
         _judge_refusal(str(error), type(error).__name__, before, request)
     _judge_bake(before, request, report.objects, report.warnings)
     return _judged_report(report)
+
+
+def _by_job_twice(settings: dict, request: dict) -> str:
+    _by_job(settings, request)
+    for mesh in bpy.data.meshes:
+        layer = mesh.attributes.get(request["attribute"])
+        if layer is not None and layer.data_type == "FLOAT_COLOR":
+            layer.data.foreach_set("color", np.full(4 * len(layer.data), np.nan, np.float32))
+    return _by_job({**settings, "seed": settings["seed"] + 1}, request)
+
+
+def _by_job_cancelled(settings: dict, request: dict) -> str:
+    before = fingerprint()
+    try:
+        steps = bake_scene(bpy.context.scene, bpy.context.view_layer, BakeRequest(BakeSettings(**settings), **request))
+        # A bake ends after it has said that it will write; before that it has touched nothing.
+        for _, progress in zip(range(1 + settings["seed"] % 6), steps, strict=False):
+            if progress.phase.startswith("Writing"):
+                break
+        steps.close()
+    except DetpError as error:
+        _judge_refusal(str(error), type(error).__name__, before, request)
+    changes = broken_promises(before, fingerprint(), (), [])
+    if changes:
+        raise Wrong("a cancelled bake changed something: " + "; ".join(changes)[:2000])
+    return "cancelled"
 
 
 def _by_operator(settings: dict, request: dict) -> str:
@@ -185,7 +211,13 @@ def _by_command(settings: dict, request: dict) -> str:
         return printed.getvalue().strip().splitlines()[-1]
 
 
-WAYS = {"job": _by_job, "operator": _by_operator, "command": _by_command}
+WAYS = {
+    "job": _by_job,
+    "twice": _by_job_twice,
+    "cancelled": _by_job_cancelled,
+    "operator": _by_operator,
+    "command": _by_command,
+}
 
 
 def _judge_refusal(sentence: str, kind: str, before: dict, request: dict) -> None:

@@ -9,7 +9,7 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -22,31 +22,30 @@ GRACE = 20.0
 _CHILD = "import sys; sys.path.insert(0, {folder!r}); from fuzz.watch import {run}; {run}({arguments})"
 
 
-def trials(seeds: range, limit: float) -> Iterator[dict]:
+def trials(seeds: Sequence[int], limit: float) -> Iterator[dict]:
     """The outcome of each seed, in order, as dicts with the keys of trial.Outcome.
 
     A child that crashes, or takes longer than ``limit`` seconds for one scene, gives the verdict "crashed" or "hung"
     with the phase it was in and the Python stack there, and the next child goes on behind that seed. When Blender
     does the same on that scene without the bake, the verdict is "blender".
     """
-    first = seeds.start
-    while first < seeds.stop:
-        end = min(first + SCENES_PER_CHILD, seeds.stop)
-        for outcome in _from_child(first, end, limit):
+    left = list(seeds)
+    while left:
+        for outcome in _from_child(left[:SCENES_PER_CHILD], limit):
             if outcome["verdict"] in ("crashed", "hung") and _blender_fails_alone(outcome["seed"], limit):
                 outcome["verdict"] = "blender"
             yield outcome
-            first = outcome["seed"] + 1
+            left.pop(0)
 
 
-def _from_child(first: int, end: int, limit: float) -> Iterator[dict]:
+def _from_child(seeds: list[int], limit: float) -> Iterator[dict]:
     with tempfile.TemporaryDirectory() as folder:
         log = Path(folder) / "log.txt"
         with open(log, "wb") as errors:
             process = subprocess.Popen(
-                _command("child", first, end, limit), stdout=subprocess.PIPE, stderr=errors, cwd=folder, text=True
+                _command("child", seeds, limit), stdout=subprocess.PIPE, stderr=errors, cwd=folder, text=True
             )
-        seed, phase = first, "starting"
+        left, phase = list(seeds), "starting"
         while True:
             killer = threading.Timer(limit + GRACE, process.kill)
             killer.start()
@@ -57,14 +56,15 @@ def _from_child(first: int, end: int, limit: float) -> Iterator[dict]:
             entry = json.loads(line)
             if "verdict" in entry:
                 yield entry
-                seed, phase = entry["seed"] + 1, "starting"
+                left.pop(0)
+                phase = "starting"
             else:
                 phase = entry["phase"]
         status = process.wait()
-        if seed < end:
+        if left:
             stack = _last_stack(log.read_text(encoding="utf-8", errors="replace"))
             verdict = "hung" if stack.startswith("Timeout (") or status == -9 else "crashed"
-            yield {"seed": seed, "verdict": verdict, "way": phase, "message": f"exit status {status}\n{stack}",
+            yield {"seed": left[0], "verdict": verdict, "way": phase, "message": f"exit status {status}\n{stack}",
                    "noise": [], "seconds": {}}  # fmt: skip
 
 
@@ -112,7 +112,7 @@ def look(seed: int) -> None:
     os._exit(0)
 
 
-def child(first: int, end: int, limit: float) -> None:
+def child(seeds: list[int], limit: float) -> None:
     """Try the seeds and print each outcome as a line of JSON; what Blender prints goes to standard error."""
     results = os.fdopen(os.dup(1), "w", buffering=1, encoding="utf-8")
     os.dup2(2, 1)
@@ -123,7 +123,7 @@ def child(first: int, end: int, limit: float) -> None:
     def entered(phase: str) -> None:
         print(json.dumps({"phase": phase}), file=results)
 
-    for seed in range(first, end):
+    for seed in seeds:
         faulthandler.dump_traceback_later(limit, exit=True, file=log)
         print(try_seed(seed, entered).as_json(), file=results)
         faulthandler.cancel_dump_traceback_later()

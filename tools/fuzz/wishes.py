@@ -22,7 +22,7 @@ def settings_values(chance: Chance) -> dict:
     values = {
         "quality": chance.one_of(*QUALITIES),
         "photons": chance.one_of(0, -5) if odd else chance.one_of(1, 2, 100, 1000, 1000, 5000, 5000, 40000),
-        "radius": chance.one_of(None, None, 0.05, 0.3, 1.0, 1e-6, 1e-3, 50.0, 1e6)
+        "radius": chance.one_of(None, None, None, 0.05, 0.3, 1.0, 2.0, 1e-6, 1e-3, 50.0, 1e6)
         if chance.likely(0.97)
         else chance.one_of(1e-30, 1e-300, 1e30, 1e200, 0.0, -1.0, float("nan"), float("inf")),
         "bounces": -1 if chance.likely(0.003) else chance.one_of(0, 1, 4, 16, 64),

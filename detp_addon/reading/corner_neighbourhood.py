@@ -39,40 +39,41 @@ _SAME_PLACE = 1e-4
 class Corners:
     """The face corners of all objects: C corners, N points, P pairs of a corner and a triangle that shows its colour.
 
-    rows      (C,) the point of each corner, -1 for none; vertices (C,) and faces (C,); counted through all objects
+    rows      (C,) the point of each corner, -1 for none, and vertices (C,), both counted through all objects
     centres   (N, 3) metres; normals (N, 3) unit
     pairs     (P,) the corner of each pair; triangles (P, 3, 3) the vertices of its triangle in the world, metres
     inward    (C, 3) metres, from each corner across its triangles, half-way between their edges
+    angles    (C,) between those, in radians
     """
 
     rows: np.ndarray
     vertices: np.ndarray
-    faces: np.ndarray
     centres: np.ndarray
     normals: np.ndarray
     pairs: np.ndarray
     triangles: np.ndarray
     inward: np.ndarray
+    angles: np.ndarray
 
     @staticmethod
     def joined(points: list[CornerPoints], surfaces: list[MeshSurface]) -> Corners:
         """All corners of objects that have these ``points`` on these ``surfaces``."""
-        none, starts = np.zeros(0, np.int64), np.zeros(4, np.int64)
-        columns = [(none, none, none, np.zeros((0, 3)), np.zeros((0, 3)), none, np.zeros((0, 3, 3)))]
+        none, starts = np.zeros(0, np.int64), np.zeros(3, np.int64)
+        columns = [(none, none, np.zeros((0, 3)), np.zeros((0, 3)), none, np.zeros((0, 3, 3)))]
         for part, surface in zip(points, surfaces, strict=True):
             rows = np.where(part.rows >= 0, part.rows + starts[0], -1)
-            vertices, faces, pairs = part.vertices + starts[1], part.faces + starts[2], part.corners + starts[3]
             placed = surface.vertices @ part.matrix[:3, :3].T + part.matrix[:3, 3]
             triangles = placed[surface.triangles[part.triangles]]
-            columns.append((rows, vertices, faces, part.centres, part.normals, pairs, triangles))
-            counts = [group.max(initial=-1) + 1 for group in (part.vertices, part.faces)]
-            starts += (len(part.centres), *counts, len(part.rows))
-        rows, vertices, faces, centres, normals, pairs, triangles = map(np.concatenate, zip(*columns, strict=True))
+            vertices, pairs = part.vertices + starts[1], part.corners + starts[2]
+            columns.append((rows, vertices, part.centres, part.normals, pairs, triangles))
+            starts += (len(part.centres), part.vertices.max(initial=-1) + 1, len(part.rows))
+        rows, vertices, centres, normals, pairs, triangles = map(np.concatenate, zip(*columns, strict=True))
         known = np.flatnonzero(rows[pairs] >= 0)
         pairs, triangles = pairs[known], triangles[known]
         bisectors, angles = _bisectors(triangles, centres[rows[pairs]])
         inward = means(bisectors, pairs, len(rows), angles)
-        return Corners(rows, vertices, faces, centres, normals, pairs, triangles, inward)
+        total = np.bincount(pairs, angles, len(rows))
+        return Corners(rows, vertices, centres, normals, pairs, triangles, inward, total)
 
 
 class Neighbourhood:

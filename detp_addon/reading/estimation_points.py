@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from .nearest_surface import nearest_places
-from .read_attributes import face_sizes
 from .read_meshes import MeshSurface, corner_vertex_indices, stored_normals, vertex_positions
 from .surface_normals import corner_normals, face_directions
 from .triangle_geometry import cross, dots, normal_matrix, safe_unit
@@ -32,7 +31,7 @@ _MOVES_VERTICES = {
 class CornerPoints:
     """The estimation points of one mesh object, in world space; corners of one vertex and one normal share a point.
 
-    vertices   (C,) the vertex of each face corner of the original mesh, and faces (C,) the face
+    vertices   (C,) the vertex of each face corner of the original mesh
     rows       (C,) the point of each corner, -1 for none
     centres    (N, 3) metres; normals (N, 3) unit
     corners    (P,) and triangles (P,): which triangles of the evaluated surface show the colour of which corner
@@ -41,7 +40,6 @@ class CornerPoints:
     """
 
     vertices: np.ndarray
-    faces: np.ndarray
     rows: np.ndarray
     centres: np.ndarray
     normals: np.ndarray
@@ -74,8 +72,7 @@ def place_points(obj, evaluated, surface: MeshSurface, matrix: np.ndarray) -> Co
     normals, directed = safe_unit(normals @ normal_matrix(matrix).T)
     valid = valid & directed & np.isfinite(centres).all(axis=1)
     rows, first = _shared(vertices, normals, valid)
-    faces = np.repeat(np.arange(len(original.polygons)), face_sizes(original))
-    return CornerPoints(vertices, faces, rows, centres[first], normals[first], corners, triangles, matrix, not same)
+    return CornerPoints(vertices, rows, centres[first], normals[first], corners, triangles, matrix, not same)
 
 
 def _same_corners(original, evaluated) -> bool:

@@ -67,7 +67,7 @@ def settled_points(points: list[CornerPoints], surfaces: list[MeshSurface], scen
     used = np.flatnonzero(rows >= 0)
     key = np.where(alone, 2 * len(corners.centres) + np.arange(len(rows)), 2 * rows + covered)[used]
     _, first, rows[used] = np.unique(key, return_index=True, return_inverse=True)
-    first, inward = used[first], means(inward[used], rows[used], len(first))
+    first, inward = used[first], means(inward[used], rows[used], len(first), corners.angles[used])
     ends = np.cumsum([len(part.rows) for part in points], dtype=np.int64)
     return SettledPoints(
         tuple(np.split(rows, ends))[:-1], centres[first], corners.normals[corners.rows[first]], inward, covered[first]

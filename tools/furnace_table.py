@@ -1,0 +1,179 @@
+"""Bakes white furnaces, where every point must read the same, and writes how far each estimator is off.
+
+    python tools/furnace_table.py [-o docs/furnace.md] [--photons 500000] [--radii 0.02 0.05 0.1]
+
+Every enclosure of tools/enclosures.py is read by the add-on and baked with direct light by photons, so that nothing but
+the estimator is tested, once for each domain, estimator and radius. The colours are those that would be written, with
+vertices averaged over their faces; elements that were filled from their neighbours are counted and left out.
+
+The photons' noise hides small errors, so the visible estimator is measured a second time without: from random places
+of each outline rays are cast back along the directions that light comes from, and it is counted how many meet a shining
+surface. That is what the estimate converges to.
+"""
+
+import argparse
+import os
+import platform
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import bpy
+import numpy as np
+from detp.core.bake import BakeResult, bake
+from detp.core.discs import TangentDiscs
+from detp.core.enclosure import unlit
+from detp.core.rays import RayCaster
+from detp.core.sampling import cosine_hemisphere, frames
+from detp.core.settings import BakeSettings
+from detp.core.visible_area import DIRECTIONS, VisibleDiscs, visible_discs
+from detp.detp_addon.element_values import spread
+from detp.detp_addon.write_attributes import faces_of
+from enclosures import ENCLOSURES, Furnace, furnace
+
+#: how far from one counts as wrong, beyond three standard errors
+ALLOWED = 0.02
+
+#: rays that are cast back from each disc
+LIMIT_RAYS = 512
+
+DOCS = Path(__file__).parents[1] / "docs" / "furnace.md"
+
+COLUMNS = (
+    "enclosure | domain | radius m | points | filled | plain: worst | mean | wrong | visible: worst | mean | wrong | "
+    "limit: worst | mean | wrong"
+)
+
+
+@dataclass(frozen=True)
+class Readings:
+    """What M elements read, with the standard error (M,), and how many more were filled from their neighbours."""
+
+    values: np.ndarray
+    errors: np.ndarray
+    filled: int
+
+    @property
+    def worst(self) -> float:
+        """The value farthest from one."""
+        return float(self.values[np.abs(self.values - 1).argmax()])
+
+    @property
+    def wrong(self) -> float:
+        """The share that is farther from one than allowed, beyond three standard errors."""
+        return float((np.abs(self.values - 1) > ALLOWED + 3 * self.errors).mean())
+
+
+def main() -> int:
+    arguments = parse()
+    rows = []
+    for name, build in ENCLOSURES.items():
+        for domain in ("CORNER", "POINT"):
+            enclosure = furnace(build, domain)
+            for radius in (*arguments.radii, None):
+                rows.append(row(name, domain, enclosure, radius, arguments.photons))
+                print(rows[-1], flush=True)
+    arguments.output.write_text("\n".join([*heading(arguments), *rows, ""]), encoding="utf-8")
+    return 0
+
+
+def parse() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("-o", "--output", type=Path, default=DOCS)
+    parser.add_argument("--photons", type=int, default=500_000)
+    parser.add_argument("--radii", type=float, nargs="*", default=[0.02, 0.05, 0.1])
+    return parser.parse_args()
+
+
+def heading(arguments: argparse.Namespace) -> list[str]:
+    return [
+        "# White furnaces",
+        "",
+        f"    python tools/furnace_table.py --photons {arguments.photons}",
+        "",
+        "Closed rooms in which all surfaces shine alike, about 2 m across (tools/enclosures.py): every vertex and",
+        f"every corner must read 1. *Wrong* is the share that is off by more than {percent(ALLOWED, 0)} after three",
+        f"standard errors of noise. *Limit* is the visible estimator without noise, from {LIMIT_RAYS} rays back from each",
+        "disc. *Filled* are elements that look into something solid or that something covers, and that take their",
+        "colours from their neighbours. The automatic radius is marked with *.",
+        "",
+        f"{os.cpu_count()} cores, {platform.machine()}.",
+        "",
+        f"| {COLUMNS} |",
+        "|" + " --- |" * (COLUMNS.count("|") + 1),
+    ]
+
+
+def percent(share: float, digits: int) -> str:
+    return f"{share:.{digits}%}".replace("%", " %")
+
+
+def row(name: str, domain: str, enclosure: Furnace, radius: float | None, photons: int) -> str:
+    """One line of the table."""
+    plain, visible = (baked(enclosure, estimator, radius, photons) for estimator in ("plain", "visible"))
+    noiseless = limit(enclosure, visible.radius, visible.hidden, np.random.default_rng(1))
+    readings = [elements(enclosure, visible.hidden, *measured(result)) for result in (plain, visible)]
+    readings.append(elements(enclosure, visible.hidden, noiseless, np.zeros(len(noiseless))))
+    cells = [name, domain.lower(), f"{visible.radius:.3g}" + "*" * (radius is None)]
+    cells += [str(len(readings[0].values)), str(readings[0].filled)]
+    for reading in readings:
+        cells += [f"{reading.worst:.3f}", f"{reading.values.mean():.3f}", percent(reading.wrong, 1)]
+    return f"| {' | '.join(cells)} |"
+
+
+def baked(enclosure: Furnace, estimator: str, radius: float | None, photons: int) -> BakeResult:
+    exported = enclosure.exported
+    settings = BakeSettings("final", photons, radius, estimator=estimator, direct="photons")
+    steps = bake(exported.scene, exported.centres, exported.normals, settings, exported.inward)
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            return end.value
+
+
+def measured(result: BakeResult) -> tuple[np.ndarray, np.ndarray]:
+    return result.irradiance[:, 0], result.standard_error[:, 0]
+
+
+def elements(enclosure: Furnace, hidden: np.ndarray, values: np.ndarray, errors: np.ndarray) -> Readings:
+    """What the elements of all meshes read when their points read ``values`` (N,) and ``hidden`` (N,) ones nothing."""
+    hidden = hidden | (enclosure.exported.covered & unlit(np.repeat(values[:, None], 3, axis=1)))
+    read, filled = [np.zeros((0, 2))], 0
+    for target in enclosure.exported.targets:
+        faces = faces_of(bpy.data.objects[target.object_name].data, target.domain)
+        rows = np.where((target.point_rows >= 0) & ~hidden[target.point_rows], target.point_rows, -1)
+        colours = spread(np.stack([values, errors, np.zeros(len(values))], axis=1), rows, faces)
+        own = np.zeros(len(colours), bool)
+        own[faces.corner_vertex[rows >= 0] if faces.by_vertex else np.flatnonzero(rows >= 0)] = True
+        read.append(colours[own, :2])
+        filled += int((~own).sum())
+    joined = np.concatenate(read)
+    return Readings(joined[:, 0], joined[:, 1], filled)
+
+
+def limit(enclosure: Furnace, radius: float, hidden: np.ndarray, generator: np.random.Generator) -> np.ndarray:
+    """What (N,) the visible estimator converges to, by rays back from random places of each outline."""
+    exported = enclosure.exported
+    caster = RayCaster(exported.scene.corners)
+    discs = TangentDiscs.of_radius(exported.centres, exported.normals, radius)
+    placed = VisibleDiscs.joined(list(visible_discs(caster, discs, exported.inward)))
+    count, rows = len(discs), np.arange(len(discs))
+    angle = (np.arange(DIRECTIONS) * (2 * np.pi / DIRECTIONS))[:, None]
+    first, second = (axis[:, None] for axis in frames(placed.discs.normals))
+    outline = placed.area.reach[:, :, None] * (np.cos(angle) * first + np.sin(angle) * second)
+    sectors = np.cumsum(placed.area.reach * np.roll(placed.area.reach, -1, axis=1), axis=1)
+    lit = np.zeros(count)
+    for _ in range(LIMIT_RAYS):
+        uniforms = generator.random((count, 5))
+        sector = (sectors < uniforms[:, :1] * sectors[:, -1:]).sum(axis=1) % DIRECTIONS
+        root, along = np.sqrt(uniforms[:, 1:2]), uniforms[:, 2:3]
+        here, following = outline[rows, sector], outline[rows, (sector + 1) % DIRECTIONS]
+        origins = placed.discs.centres + root * ((1 - along) * here + along * following)
+        directions = cosine_hemisphere(placed.discs.normals, uniforms[:, 3:5])
+        lit += enclosure.lit(origins, directions, caster.first_hits(origins, directions).triangle)
+    return np.where(hidden, 0.0, lit / LIMIT_RAYS)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -15,7 +15,7 @@ class Segments:
     ends     (S, 3) metres; the first hit of the real scene (lengthened by the rounding tolerance of that
              hit), or a point outside everything for a segment that leaves the scene
     flux     (S, 3) W, RGB; a whole batch of segments is scaled to the scene's full power
-    bounce   (S,)   uint16, reflections before this segment: 0 for light straight from a source
+    bounce   (S,)   uint16, reflections and refractions before this segment: 0 for light straight from a source
     particle (S,)   uint32, number of the particle whose path it is a part of; None where each is one of its own
     """
 

@@ -9,9 +9,9 @@ from .errors import InvalidSettingError
 
 #: quality -> (photons, relative standard error that the automatic radius aims at, rounds of shadow rays)
 QUALITIES = {
-    "draft": (1 << 18, 0.15, 4),
-    "preview": (1 << 21, 0.08, 8),
-    "final": (1 << 24, 0.04, 32),
+    "draft": (1 << 18, 0.10, 4),
+    "preview": (1 << 21, 0.05, 8),
+    "final": (1 << 24, 0.025, 32),
 }
 
 #: names of the gatherers a user may ask for

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from ...core.errors import EditModeError, NoLightError, NoMeshError
+from ...core.errors import EditModeError, NoMeshError
 from ...core.lights.environment import EnvironmentWorld
 from ...core.lights.light import Light
 from ...core.lights.world import UniformWorld
@@ -80,9 +80,8 @@ def read_scene(
     ``targets`` are the objects to bake, None for every mesh object that the render shows; ``domain`` is CORNER or
     POINT. Blender's data are afterwards as they were.
 
-    Raises NoMeshError when nothing can be baked, EditModeError when all that could is open in Edit Mode, NoLightError
-    when nothing gives light, SceneBusyError while Blender renders, and InvalidArrayError on numbers that are out of
-    range.
+    Raises NoMeshError when nothing can be baked, EditModeError when all that could is open in Edit Mode, SceneBusyError
+    while Blender renders, and InvalidArrayError on numbers that are out of range.
     """
     findings = Findings()
     wanted = None if targets is None else _bakeable(targets, findings)
@@ -169,10 +168,7 @@ def _scene(read: RenderedObjects, world: list[Light]) -> Scene:
 
     optics = (joined(name) for name in ("albedo", "emission", "transmittance"))
     lights = (*read.lights, *world)
-    scene = Scene(np.concatenate(vertices), np.concatenate(triangles), *optics, lights, joined_specular(specular))
-    if not scene.lights and not scene.emission.any():
-        raise NoLightError("Nothing in the scene gives light: add a light, an emissive material or a world colour.")
-    return scene
+    return Scene(np.concatenate(vertices), np.concatenate(triangles), *optics, lights, joined_specular(specular))
 
 
 def _targets(read: RenderedObjects, scene: Scene, domain: str) -> tuple[tuple[BakeTarget, ...], SettledPoints]:

@@ -5,7 +5,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from detp.core.errors import EditModeError, NoLightError, NoMeshError  # noqa: E402
+from detp.core.errors import EditModeError, NoMeshError  # noqa: E402
 from detp.detp_addon.reading.read_scene import read_scene  # noqa: E402
 from detp.detp_addon.reading.render_view import view_as_render  # noqa: E402
 from made_scenes import (  # noqa: E402
@@ -294,17 +294,15 @@ def test_meshes_in_edit_mode_are_no_targets():
     bpy.ops.object.mode_set(mode="OBJECT")
 
 
-def test_a_scene_without_faces_or_without_light_is_refused():
+def test_a_scene_without_faces_is_refused_and_one_without_light_has_none():
     linked("edge", mesh([(0, 0, 0), (1, 0, 0)], []))
     with pytest.raises(NoMeshError):
         read()
     quad()
     world((0, 0, 0))
-    with pytest.raises(NoLightError):
-        read()
     lamp("POINT", energy=0.0)
-    with pytest.raises(NoLightError):
-        read()
+    dark = read().scene
+    assert not dark.lights and not dark.emission.any()
     glowing = quad("glowing")
     glowing.data.materials.append(material(lambda tree: node(tree, "ShaderNodeEmission", Strength=2.0)))
     assert read().triangles == 4

@@ -1,0 +1,235 @@
+"""Direct light by shadow rays: nets, the choice of lamps, shadows through clear surfaces, both ways to find it."""
+
+import numpy as np
+import pytest
+from detp.core.ambient_occlusion import ambient_occlusion
+from detp.core.bake import bake
+from detp.core.direct_light import MOST_SHARP_LAMPS, DirectLight
+from detp.core.errors import InvalidSettingError
+from detp.core.lamp_choice import LampChoice
+from detp.core.lights.area import AreaLight
+from detp.core.lights.environment import EnvironmentWorld
+from detp.core.lights.point import PointLight
+from detp.core.lights.spot import SpotLight
+from detp.core.lights.sun import SunLight
+from detp.core.lights.world import UniformWorld
+from detp.core.low_discrepancy import scrambled_net
+from detp.core.rays import RayCaster
+from detp.core.scene import Scene
+from detp.core.settings import BakeSettings
+from detp.core.shadows import Shadows
+
+UP = np.array((0.0, 0.0, 1.0))
+
+
+def plane(half=10.0, height=0.0):
+    return half * np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], float) + height * UP
+
+
+def scene_of(*quads, emission=(), transmittance=(), lights=(), albedo=0.0):
+    count = len(quads)
+    triangles = (np.arange(count)[:, None, None] * 4 + np.array([(0, 1, 2), (0, 2, 3)])).reshape(-1, 3)
+    rows = {"emission": np.zeros((2 * count, 3)), "transmittance": np.zeros((2 * count, 3))}
+    for name, given in (("emission", emission), ("transmittance", transmittance)):
+        for quad, value in given:
+            rows[name][2 * quad : 2 * quad + 2] = value
+    return Scene(np.concatenate(quads), triangles, np.full((2 * count, 3), albedo), *rows.values(), lights)
+
+
+def direct(scene, points, normals=UP, rounds=64, **settings):
+    """Value and standard error (N,) of the RGB mean."""
+    points = np.atleast_2d(np.asarray(points, float))
+    normals = np.broadcast_to(normals, points.shape)
+    light = DirectLight(scene, RayCaster(scene.corners), points + 1e-4 * normals, normals, BakeSettings(**settings))
+    for _ in light.rounds(0, rounds // 2):
+        pass
+    for _ in light.rounds(rounds // 2, rounds):
+        pass
+    found = light.irradiance
+    return found.value.mean(axis=1), found.standard_error.mean(axis=1)
+
+
+def finished(steps):
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            return end.value
+
+
+@pytest.mark.parametrize("count", [1, 2, 16, 64])
+def test_every_dyadic_box_holds_one_point_of_a_net(count):
+    shifts = np.random.default_rng(1).integers(0, 1 << 32, (5, 2), np.uint32)
+    nets = scrambled_net(count, shifts)
+    assert nets.shape == (5, count, 2) and nets.min() >= 0 and nets.max() < 1
+    columns = 1
+    while columns <= count:
+        boxes = np.floor(nets * (columns, count // columns)).astype(int)
+        for box in boxes[..., 0] * (count // columns) + boxes[..., 1]:
+            assert sorted(box) == list(range(count))
+        columns *= 2
+
+
+def test_shifted_nets_are_uniform():
+    shifts = np.random.default_rng(2).integers(0, 1 << 32, (4000, 2), np.uint32)
+    last = scrambled_net(16, shifts)[:, 15]
+    counts = np.histogram2d(last[:, 0], last[:, 1], 5, [(0, 1), (0, 1)])[0]
+    assert ((counts - 160) ** 2 / 160).sum() < 51  # chi-square, 24 degrees of freedom, p = 0.001
+
+
+def test_lamps_are_chosen_as_often_as_their_probability_says():
+    lamps = [PointLight((x, 0, 1.0), np.full(3, power), 0.1) for x, power in ((0, 1), (2, 5), (4, 0), (1, 50))]
+    points = np.array([(0, 0, 0), (3, 0, 0.0)])
+    choice = LampChoice(lamps, points, np.tile(UP, (2, 1)))
+    generator = np.random.default_rng(3)
+    counts, stated = np.zeros((2, 4)), np.zeros((2, 4))
+    for _ in range(2000):
+        chosen, probability = choice.chosen(16, generator.random(2))
+        for row in (0, 1):
+            part = slice(16 * row, 16 * row + 16)
+            counts[row] += np.bincount(chosen[part], minlength=4)
+            stated[row, chosen[part]] = probability[part]
+    assert counts / 32000 == pytest.approx(stated, abs=0.003)
+    assert stated.sum(axis=1) == pytest.approx(1) and (stated > 0).all()
+
+
+@pytest.mark.parametrize("sharp", [True, False])
+def test_many_lamps_bring_the_sum_of_their_light(sharp):
+    generator = np.random.default_rng(4)
+    count = MOST_SHARP_LAMPS + 10
+    places = generator.uniform((-3, -3, 0.5), (3, 3, 2), (count, 3))
+    powers = generator.uniform(0, 30, count)
+    lamps = tuple(
+        PointLight(place, np.full(3, power), 0.0 if sharp else 1e-3)
+        for place, power in zip(places, powers, strict=True)
+    )
+    points = np.c_[generator.uniform(-3, 3, (300, 2)), np.zeros(300)]
+    away = places - points[:, None]
+    square = (away**2).sum(axis=2)
+    expected = (powers / (4 * np.pi) * away[..., 2] / square**1.5).sum(axis=1)
+    found, error = direct(scene_of(plane(), lights=lamps), points)
+    z = (found - expected) / np.maximum(error, 1e-4 * expected)
+    assert np.abs(z).max() < 5 and abs(z.mean()) < 4 / np.sqrt(300)
+
+
+def test_a_few_lamps_without_extent_are_exact_after_one_round():
+    lamps = (PointLight((0, 0, 2.0), np.ones(3)), SunLight((0, 0, -1.0), np.ones(3), 0.0))
+    light, error = direct(scene_of(plane(), lights=lamps), (0, 0, 0), rounds=2)
+    assert light[0] == pytest.approx(1 / (16 * np.pi) + 1, rel=1e-3) and error[0] == 0
+
+
+def test_clear_surfaces_let_their_share_pass_and_others_none():
+    panes = [(1, (0.5, 0.5, 0.5)), (2, (0.2, 0.2, 0.2))]
+    sun = (SunLight((0, 0, -1.0), np.ones(3), 0.0),)
+    two = scene_of(plane(), plane(1, 1), plane(1, 2), transmittance=panes, lights=sun)
+    found, _ = direct(two, [(0.1, 0.2, 0), (5, 5, 0)])
+    assert found == pytest.approx([0.1, 1.0])
+    wall = scene_of(plane(), plane(1, 1), plane(1, 2), transmittance=panes[:1], lights=sun)
+    assert direct(wall, (0.1, 0.2, 0))[0][0] == 0
+
+
+def test_shadows_end_at_the_light():
+    scene = scene_of(plane(1, 1), transmittance=[(0, (0.5, 0.5, 0.5))])
+    for shown in (scene, scene_of(plane(1, 1))):
+        shadows = Shadows(shown, RayCaster(shown.corners))
+        share = shadows.transmitted(np.array([(0.1, 0.2, 0)] * 3), np.tile(UP, (3, 1)), np.array((0.9, 1.0, 1.1)))
+        assert share[:2].min() == 1 and share[2].max() == shown.transmittance[0, 0]
+
+
+def test_light_of_a_shining_pane_and_of_what_shines_behind_it():
+    radiance = np.ones(3)
+    quads = (plane(), plane(1e3, 1), plane(1e3, 2))
+    scene = scene_of(*quads, emission=[(1, radiance), (2, 3 * radiance)], transmittance=[(1, 0.5 * radiance)])
+    found, error = direct(scene, (0, 0, 0))
+    assert found[0] == pytest.approx(np.pi * 2.5, abs=5 * error[0] + 1e-3)
+
+
+def lit_room(kind):
+    """A floor, a wall and a shelf of albedo 0.5 under one light, and the points to look at."""
+    shelf = np.array([(-1, -1, 1), (0, -1, 1), (0, 1, 1), (-1, 1, 1)], float)
+    wall = np.array([(-1, -1, 0), (-1, 1, 0), (-1, 1, 2), (-1, -1, 2)], float)
+    picture = np.random.default_rng(5).exponential(size=(4, 8, 3)) ** 2
+    lights = {
+        "point": PointLight((0.5, 0.3, 1.6), np.full(3, 20.0), 0.2),
+        "soft point": PointLight((0.5, 0.3, 1.6), np.full(3, 20.0), 0.3, soft=True),
+        "spot": SpotLight((0.5, 0.3, 1.6), (-0.4, 0, -1.0), np.full(3, 60.0), 1.2, 0.4, 0.1),
+        "sun": SunLight((-0.5, 0.1, -1.0), np.full(3, 2.0), 0.4),
+        "area": AreaLight((0.4, 0, 1.7), (1, 0, 0), (0, 0.6, 0), np.full(3, 10.0), spread=2.0),
+        "world": UniformWorld(np.ones(3)),
+        "picture": EnvironmentWorld(picture),
+    }
+    points = np.array([(-0.5, 0.2, 0), (0.1, 0.1, 0), (0.6, -0.4, 0)])
+    return scene_of(plane(1), wall, shelf, lights=(lights[kind],), albedo=0.5), points
+
+
+@pytest.mark.parametrize("kind", ["point", "soft point", "spot", "sun", "area", "world", "picture"])
+def test_shadow_rays_and_photons_find_the_same_light(kind):
+    scene, points = lit_room(kind)
+    radius, around = 0.05, 12
+    # A disc's mean against the mean over points of the same disc.
+    turns = 2 * np.pi * (np.arange(around) * 0.618034 % 1)
+    reach = radius * np.sqrt((np.arange(around) + 0.5) / around)
+    aside = np.c_[reach * np.cos(turns), reach * np.sin(turns), np.zeros(around)]
+    normals = np.tile(UP, (len(points), 1))
+    settings = BakeSettings(photons=1 << 20, radius=radius, direct="photons", indirect=False, seed=6)
+    photons = finished(bake(scene, points, normals, settings))
+    rays, error = direct(scene, (points[:, None] + aside).reshape(-1, 3), seed=6)
+    rays, error = rays.reshape(-1, around).mean(axis=1), error.reshape(-1, around).mean(axis=1)
+    difference = rays - photons.irradiance.mean(axis=1)
+    assert np.abs(difference / np.hypot(error, photons.standard_error.mean(axis=1))).max() < 4
+    assert rays.max() > 0
+
+
+def test_direct_and_indirect_add_up_whichever_way_direct_light_is_found():
+    scene, points = lit_room("area")
+    normals = np.tile(UP, (len(points), 1))
+    results = {
+        (way, indirect): finished(
+            bake(scene, points, normals, BakeSettings("final", 1 << 19, 0.1, direct=way, indirect=indirect))
+        )
+        for way, indirect in (("shadow-rays", True), ("photons", True), ("none", True), ("shadow-rays", False))
+    }
+    whole = results["shadow-rays", True]
+    assert np.array_equal(whole.irradiance, whole.direct.value + whole.indirect.value)
+    assert np.array_equal(whole.direct.value, results["shadow-rays", False].irradiance)
+    assert np.allclose(whole.indirect.value, results["none", True].irradiance)
+    assert np.allclose(whole.indirect.value, results["photons", True].indirect.value)
+    assert (results["none", True].direct.value == 0).all() and results["shadow-rays", False].photons == 0
+    both = results["photons", True]
+    z = (whole.irradiance - both.irradiance) / np.hypot(whole.standard_error, both.standard_error)
+    assert np.abs(z).max() < 4
+
+
+def test_ambient_occlusion_is_the_open_share_within_its_distance():
+    wall = np.array([(0, -50, 0), (0, 50, 0), (0, 50, 100), (0, -50, 100)], float)
+    scene = scene_of(plane(), wall)
+    points, normals = np.array([(0.01, 0, 0), (2.0, 0, 0), (9, 0, 0)]), np.tile(UP, (3, 1))
+    sky, settings = ambient_occlusion(scene, BakeSettings("final", shadow_distance=3.0))
+    result = finished(bake(sky, points, normals, settings))
+    # At the wall half the sky is hidden within any distance; three metres from it nothing is.
+    open_share = result.irradiance[:, 0] / np.pi
+    assert open_share[0] == pytest.approx(0.5, abs=0.01) and open_share[2] == pytest.approx(1)
+    # A wall at distance x hides what lies within the cone of angle acos(x / 3) about its normal.
+    x, reach = 2.0, 3.0
+    tilt = np.arccos(x / reach)
+    directions = np.random.default_rng(7).normal(size=(400_000, 3))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    sky_ward = directions[directions[:, 2] > 0]
+    hidden = np.average(-sky_ward[:, 0] > np.cos(tilt), weights=sky_ward[:, 2])
+    assert open_share[1] == pytest.approx(1 - hidden, abs=0.005)
+    assert result.photons == 0
+
+
+def test_equal_seeds_give_equal_light_and_others_do_not():
+    scene, points = lit_room("area")
+    first, again, other = (direct(scene, points, rounds=4, seed=seed)[0] for seed in (1, 1, 2))
+    assert np.array_equal(first, again) and not np.array_equal(first, other)
+
+
+def test_settings_that_leave_nothing_to_bake_are_refused():
+    with pytest.raises(InvalidSettingError, match="at least one"):
+        BakeSettings(direct="none", indirect=False)
+    with pytest.raises(InvalidSettingError, match="Unknown way"):
+        BakeSettings(direct="magic")
+    with pytest.raises(InvalidSettingError, match="above 0 m"):
+        BakeSettings(shadow_distance=0.0)

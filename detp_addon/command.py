@@ -16,6 +16,7 @@ from typing import NoReturn
 from ..core.errors import DetpError, InvalidSettingError
 from ..core.settings import DIRECT_LIGHT, ESTIMATORS, GATHERERS, QUALITIES, BakeSettings
 from .blender_output import blender_silenced
+from .study_command import add_study
 
 DONE, FAILED, USAGE, CANCELLED = 0, 1, 2, 130
 
@@ -74,6 +75,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     _add_bake(commands)
+    add_study(commands)
     return parser
 
 

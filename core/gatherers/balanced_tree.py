@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
 from .ranges import expanded
+
+Halves = Callable[[np.ndarray], np.ndarray]
 
 BRANCHES = 4  # children of an inner node: two halvings at a time
 
@@ -30,10 +33,11 @@ class BalancedTree:
     levels: np.ndarray
 
     @classmethod
-    def over(cls, points: np.ndarray, kind: np.ndarray, leaf: int) -> BalancedTree:
+    def over(cls, points: np.ndarray, kind: np.ndarray, leaf: int, halves: Halves | None = None) -> BalancedTree:
         """Halve ``points`` (N, 3) down to at most ``leaf`` >= 4 per node, with one root for each value of ``kind``.
 
-        Each half gets as many points, to one, across the longest side of what is halved.
+        Each half gets as many points, to one, across the longest side of what is halved; ``halves`` may cut
+        elsewhere: it gives the size of the first half of counts >= 2.
         """
         order = np.argsort(kind, kind="stable")
         start = np.flatnonzero(np.diff(kind[order], prepend=-1))
@@ -46,7 +50,8 @@ class BalancedTree:
             children.append(child)
             if len(inner) == 0:
                 return cls(order, *map(np.concatenate, (starts, counts, children)), np.array(levels))
-            start, count = _halved(points, order, *_halved(points, order, start[inner], count[inner]))
+            start, count = _halved(points, order, start[inner], count[inner], halves)
+            start, count = _halved(points, order, start, count, halves)
             starts.append(start)
             counts.append(count)
             levels.append(levels[-1] + len(start))
@@ -68,7 +73,7 @@ class BalancedTree:
         return leaves[np.argsort(self.start[leaves])]
 
 
-def _halved(points, order, start, count) -> tuple[np.ndarray, np.ndarray]:
+def _halved(points, order, start, count, halves) -> tuple[np.ndarray, np.ndarray]:
     """Sort each range of ``order``, in place, along its points' longest side, and return the ranges' halves."""
     owner, place = expanded(start, count)
     rows = order[place]
@@ -77,5 +82,7 @@ def _halved(points, order, start, count) -> tuple[np.ndarray, np.ndarray]:
     side = np.maximum.reduceat(held, begin, axis=0) - np.minimum.reduceat(held, begin, axis=0)
     along = np.take_along_axis(held, side.argmax(axis=1)[owner, None], axis=1)[:, 0]
     order[place] = rows[np.lexsort((along, owner))]
-    half = count // 2
+    # Two at least where there are four, so that each half can be halved again.
+    least = np.minimum(2, count // 2)
+    half = count // 2 if halves is None else np.clip(halves(count), least, count - least)
     return np.stack([start, start + half], 1).ravel(), np.stack([half, count - half], 1).ravel()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 #: what is counted
-KINDS = ("segments", "lists", "nodes", "patches", "discs", "tests", "crossings")
+KINDS = ("segments", "lists", "nodes", "patches", "listed", "discs", "tests", "crossings")
 
 
 class Counts:
@@ -17,6 +17,7 @@ class Counts:
     lists      of the Sphere Cache: spheres whose list was made anew
     nodes      comparisons of a segment with a sphere, a box of the tree or a cell of the grid
     patches    comparisons of a segment with the slab around a few neighbouring discs
+    listed     discs in those patches: the pairs that the study would test, for want of slabs and balls
     discs      comparisons of a segment with the ball around a disc
     tests      exact tests of a segment with a disc
     crossings  found

@@ -71,9 +71,13 @@ class DiscGrid:
                 yield Candidates(row, disc, segment, begin, end)
 
 
-def wanted_cell(discs: TangentDiscs) -> float:
-    """The side of cells in metres that measured best for these discs, were memory no concern."""
-    return max(1.2 * mean_spacing(discs.centres), 0.6 * float(np.median(discs.radii)))
+def wanted_cell(discs: TangentDiscs, spacing: float | None = None) -> float:
+    """The side of cells in metres that measured best for these discs, were memory no concern.
+
+    ``spacing`` is their mean_spacing, when it is known already.
+    """
+    spacing = mean_spacing(discs.centres) if spacing is None else spacing
+    return max(1.2 * spacing, 0.6 * float(np.median(discs.radii)))
 
 
 def fitting_cell(discs: TangentDiscs, wanted: float) -> float:
@@ -81,7 +85,10 @@ def fitting_cell(discs: TangentDiscs, wanted: float) -> float:
     extent = extents(discs)
     size = (discs.centres + extent).max(axis=0) - (discs.centres - extent).min(axis=0)
     cell = max(wanted, float(size.max()) / (CELLS_PER_AXIS - 3))
-    while np.prod(size / cell + 2.5) > CELLS or np.prod(2 * extent / cell + 1.5, axis=1).sum() > ENTRIES:
+    # The sum over the discs of (2 x / c + 1.5)(2 y / c + 1.5)(2 z / c + 1.5), as a polynomial in 1 / c.
+    x, y, z = 2.0 * extent.T
+    powers = [3.375 * len(discs), 2.25 * (x + y + z).sum(), 1.5 * (x * y + y * z + z * x).sum(), (x * y * z).sum()]
+    while np.prod(size / cell + 2.5) > CELLS or np.polyval(powers[::-1], 1.0 / cell) > ENTRIES:
         cell *= 1.1
     return cell
 

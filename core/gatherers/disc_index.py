@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import partial
 
 from ..discs import TangentDiscs
 from ..errors import InvalidSettingError
@@ -28,13 +29,17 @@ class DiscIndex:
     discs  the TangentDiscs to search
     index  "grid", "tree", "auto" (the grid, unless its cells would have to be COARSE times too large), or what
            makes an index of one's own from the discs
+    cell   side of the grid's cells in metres; None: what fits best when there are very many segments
 
     Raises InvalidSettingError for any other name.
     """
 
     name = "disc-index"
+    chunk = SEGMENTS
 
-    def __init__(self, discs: TangentDiscs, index: str | Callable[[TangentDiscs], DiscSearch] = "auto"):
+    def __init__(
+        self, discs: TangentDiscs, index: str | Callable[[TangentDiscs], DiscSearch] = "auto", cell: float | None = None
+    ):
         if index == "auto":
             index = favoured_index(discs)
         if not callable(index) and index not in INDEXES:
@@ -42,7 +47,7 @@ class DiscIndex:
         self.index = index
         self._order = curve_order(discs.centres)
         self._test = ExactTest(discs, self._order)
-        make = INDEXES.get(index, index)
+        make = partial(DiscGrid, cell=cell) if index == "grid" else INDEXES.get(index, index)
         self._search: DiscSearch | None = make(discs.taken(self._order)) if len(discs) else None
 
     def crossings(self, segments: Segments, counts: Counts | None = None) -> Iterator[Crossings]:
@@ -66,9 +71,9 @@ class DiscIndex:
             yield Crossings(rows.start + some.segment.take(stretch), self._order.take(some.disc.take(found)))
 
 
-def favoured_index(discs: TangentDiscs) -> str:
-    """The kind of index that measured faster for such discs."""
+def favoured_index(discs: TangentDiscs, spacing: float | None = None) -> str:
+    """The kind of index that measured faster for such discs, with that mean ``spacing`` if it is known."""
     if len(discs) == 0:
         return "grid"
-    wanted = wanted_cell(discs)
+    wanted = wanted_cell(discs, spacing)
     return "grid" if fitting_cell(discs, wanted) < COARSE * wanted else "tree"

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..discs import TangentDiscs
-from .balanced_tree import BRANCHES, BalancedTree
+from .balanced_tree import BRANCHES, BalancedTree, Halves
 from .counts import Counts
 from .disc_bounds import extents, frame_around, sides
 from .disc_search import Candidates
@@ -26,13 +26,14 @@ class DiscTree:
     The roots keep the discs apart by the axis and side that their normals point to, so that whole walls are
     left out at once by the segments that cannot face them.
 
-    discs  N >= 1 TangentDiscs
+    discs   N >= 1 TangentDiscs
+    halves  where to cut, see BalancedTree.over; None: in the middle, which keeps the tree balanced
     """
 
-    def __init__(self, discs: TangentDiscs):
+    def __init__(self, discs: TangentDiscs, halves: Halves | None = None):
         self._frame = frame_around(discs)
         extent = extents(discs)
-        tree = BalancedTree.over(discs.centres, sides(discs), LEAF)
+        tree = BalancedTree.over(discs.centres, sides(discs), LEAF, halves)
         leaves = tree.leaves
         self._child, self._roots = tree.child, np.arange(tree.levels[1])
         self._leaf = np.full(len(tree.child), -1)

@@ -120,6 +120,7 @@ class Patches:
         """
         if counts is not None:
             counts.note("patches", len(stretches))
+            counts.note("listed", self.count.take(stretches.patch).sum())
         patch = stretches.patch
         normal = self.normal.take(patch, axis=1)
         start, step = pieces.start.take(stretches.piece, axis=1), pieces.step.take(stretches.piece, axis=1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from copy import copy
 
 import numpy as np
 
@@ -20,10 +21,9 @@ from .ranges import expanded
 from .sphere_plan import SpherePlan
 from .streams import in_lanes, portions
 
-SEGMENTS = 1 << 17  # most segments whose lists are kept at the same time
+SEGMENTS = 1 << 17
 TESTS = 1 << 16  # segments and spheres compared together
 HELD = 1 << 14  # entries of innermost lists that are collected before their discs are tested
-# Lists this short, by entries times discs, serve all discs at once: further spheres would cost more to make.
 SHORT = 1 << 13
 
 
@@ -35,19 +35,31 @@ class SphereCache:
     last_radius  the innermost sphere's least radius in metres; None: 1.5 median radii of the discs. A sphere
                  hardly larger than a disc serves that one alone, a much larger one has a long list.
     sort         walk the discs along a space-filling curve and not in their given order
+    short        lists serve all their discs at once when they are this short, by entries times discs: further spheres
+                 would cost more to make; 0 makes all spheres, as in the study
+    chunk        most segments whose lists are kept at the same time; None: 131 072
 
     Raises InvalidSettingError when q or last_radius is out of range.
     """
 
     name = "sphere-cache"
 
-    def __init__(self, discs: TangentDiscs, q: float = 0.62, last_radius: float | None = None, sort: bool = True):
+    def __init__(
+        self,
+        discs: TangentDiscs,
+        q: float = 0.62,
+        last_radius: float | None = None,
+        sort: bool = True,
+        short: float = SHORT,
+        chunk: int | None = None,
+    ):
         if not 0.0 < q < 1.0:
             raise InvalidSettingError(f"The ratio of the Sphere Cache's radii must be between 0 and 1, not {q:g}.")
         if last_radius is not None and not last_radius > 0.0:
             raise InvalidSettingError(f"The last sphere's radius must be greater than 0 m, not {last_radius:g}.")
         self._order = curve_order(discs.centres) if sort else np.arange(len(discs))
         self._test = ExactTest(discs, self._order)
+        self._short, self.chunk = short, chunk or SEGMENTS
         if len(discs) == 0:
             return
         discs = discs.taken(self._order)
@@ -65,7 +77,13 @@ class SphereCache:
         """Yield all crossings of ``segments``, each pair once, in chunks of bounded size."""
         if len(self._order) == 0:
             return iter(())
-        return in_lanes(len(segments), SEGMENTS, lambda rows: portions(self._found(segments, rows, counts), 12))
+        return in_lanes(len(segments), self.chunk, lambda rows: portions(self._found(segments, rows, counts), 12))
+
+    def scaled(self, share: float) -> SphereCache:
+        """This search as it goes about ``share`` of the segments, list for list as it goes about all of them."""
+        other = copy(self)
+        other._short = self._short * share
+        return other
 
     def _found(self, segments: Segments, rows: slice, counts: Counts | None) -> Iterator[Crossings]:
         if counts is not None:
@@ -88,7 +106,7 @@ class SphereCache:
         entries = 0
         while waiting:
             sphere, listed = waiting.pop()
-            if self._plan.children[sphere] and len(listed) * self._served[sphere] > SHORT:
+            if self._plan.children[sphere] and len(listed) * self._served[sphere] > self._short:
                 inner = list(self._inner_lists(rays.take(listed, axis=1), sphere, listed))
                 if counts is not None:
                     counts.note("lists", self._plan.children[sphere])

@@ -1,0 +1,109 @@
+"""Timed and counted searches, and the fits to them."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..gatherers.counts import Counts
+from ..gatherers.gatherer import Gatherer
+from ..segments import Segments
+
+# Quantiles of Student's t for 95 % intervals, by degrees of freedom from 1.
+_STUDENT = (12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23)
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Least ``wall`` and ``processor`` seconds of a few runs; processor seconds add up over the threads."""
+
+    wall: float
+    processor: float
+
+
+@dataclass(frozen=True)
+class Slope:
+    """An exponent and the ends of its 95 % interval."""
+
+    exponent: float
+    low: float
+    high: float
+
+    def as_json(self) -> dict:
+        """For study.json."""
+        return {"exponent": round(self.exponent, 3), "interval": [round(self.low, 3), round(self.high, 3)]}
+
+
+def timed(action, repeats: int) -> Timing:
+    """Run ``action`` so often and keep the least times: what else the machine does only adds to them."""
+    walls, processors = [], []
+    for _ in range(max(1, repeats)):
+        wall, processor = time.perf_counter(), time.process_time()
+        action()
+        walls.append(time.perf_counter() - wall)
+        processors.append(time.process_time() - processor)
+    return Timing(min(walls), min(processors))
+
+
+def searched(gatherer: Gatherer, segments: Segments, counts: Counts | None = None) -> int:
+    """Take all crossings and return how many."""
+    return sum(len(crossings) for crossings in gatherer.crossings(segments, counts))
+
+
+def counted(gatherer: Gatherer, segments: Segments) -> dict[str, int]:
+    """What a search of ``segments`` does; "work" is what the study counts: segments against nodes and listed discs."""
+    counts = Counts()
+    searched(gatherer, segments, counts)
+    totals = counts.totals()
+    return {**totals, "work": totals["nodes"] + totals["listed"]}
+
+
+def growth(sizes, values) -> Slope:
+    """The exponent e of values ~ sizes^e, three sizes or more, by least squares of the logarithms."""
+    x, y = np.log(np.asarray(sizes, float)), np.log(np.asarray(values, float))
+    x -= x.mean()
+    slope = float((x * y).sum() / (x * x).sum())
+    rest = y - y.mean() - slope * x
+    freedom = len(x) - 2
+    error = np.sqrt((rest**2).sum() / freedom / (x * x).sum()) * _STUDENT[min(freedom, len(_STUDENT)) - 1]
+    return Slope(slope, slope - float(error), slope + float(error))
+
+
+def lowest(x, values) -> float:
+    """Where a smooth curve through ``values`` over ``x`` is lowest, by a parabola through the logarithms near it."""
+    x, y = np.asarray(x, float), np.log(np.asarray(values, float))
+    near = np.sort(np.argsort(np.abs(x - x[y.argmin()]))[:5])
+    bend, slope, _ = np.polyfit(x[near], y[near], 2)
+    return float(np.clip(-slope / (2.0 * bend), x[near].min(), x[near].max())) if bend > 0 else float(x[y.argmin()])
+
+
+def crossing(x, ratios) -> float | None:
+    """The first x at which ``ratios`` reach 1 from below, between logarithms; None when they do not."""
+    x, y = np.log(np.asarray(x, float)), np.log(np.asarray(ratios, float))
+    for place in range(1, len(x)):
+        if y[place - 1] < 0.0 <= y[place]:
+            share = -y[place - 1] / (y[place] - y[place - 1])
+            return float(np.exp(x[place - 1] + share * (x[place] - x[place - 1])))
+    return None
+
+
+def least_squares_costs(counts: np.ndarray, seconds: np.ndarray) -> np.ndarray:
+    """Costs >= 0 (K,) for which ``counts`` (R, K) times costs come closest to ``seconds`` (R,), as ratios."""
+    scaled = counts / seconds[:, None]
+    size = np.linalg.norm(scaled, axis=0)
+    used = np.flatnonzero(size > 0.0)
+    matrix = scaled[:, used] / size[used]
+    gram, aim = matrix.T @ matrix, matrix.sum(axis=0)
+    costs = np.zeros(len(used))
+    # Coordinate descent: each cost in turn at its best, never below zero.
+    for _ in range(5000):
+        before = costs.copy()
+        for at in range(len(used)):
+            costs[at] = max(0.0, costs[at] + aim[at] - gram[at] @ costs)
+        if np.abs(costs - before).max() < 1e-12:
+            break
+    result = np.zeros(counts.shape[1])
+    result[used] = costs / size[used]
+    return result

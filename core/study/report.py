@@ -1,0 +1,162 @@
+"""What the study found, as text: study.json, a CSV for each table, and study.md that reads as a short report."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import platform
+from collections.abc import Iterable
+
+import numpy as np
+
+from .run import Findings
+
+#: plots, by file name without its ending, and what they show
+PLOTS = {
+    "radius": "Time of the searches over the disc radius",
+    "q": "Comparisons and time of the Sphere Cache over Q",
+    "slack": "Comparisons over the size of the last sphere",
+    "growth": "Comparisons over the number of points",
+    "cauchy_crofton": "Share of the segments that meet a sphere, over that of the ideal field",
+    "predicted": "Predicted and measured time",
+}
+
+
+def as_json(found: Findings) -> str:
+    """The figures that sum the study up, and the machine."""
+    return json.dumps({**_plain(found.figures), "versions": versions()}, indent=2) + "\n"
+
+
+def as_csv(rows: list[dict]) -> str:
+    """A table with a heading; rows may lack some of its columns."""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, list(dict.fromkeys(key for row in rows for key in row)))
+    writer.writeheader()
+    writer.writerows(_plain(rows))
+    return text.getvalue()
+
+
+def versions() -> dict[str, str]:
+    """What the figures were measured with."""
+    return {
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "machine": platform.machine(),
+        "system": platform.system(),
+    }
+
+
+def as_markdown(found: Findings, command: str, pictures: bool) -> str:
+    """A short report: each claim of the study beside what was measured here, then the tables behind it."""
+    figures = found.figures
+    machine = ", ".join(f"{name} {version}" for name, version in versions().items())
+    parts = [
+        "# The study of 2006, done again",
+        f"`{command}` on {machine}; {figures['machine']['parallel']:.1f} times faster with all processors than with "
+        f"one; {figures['seconds']:.0f} s in all. Times are least times of repeated runs.",
+        "García, Ureña, Revelles, Lastra and Montes: *Density Estimation Optimizations for Global Illumination*, 2006.",
+        markdown_table(("the study", "here", ""), _claims(figures)),
+    ]
+    for name, title, columns in _SECTIONS:
+        picture = f"![{title}]({name}.svg)\n\n" if pictures and name in PLOTS else ""
+        rows = [[_cell(row.get(column)) for column in columns] for row in found.tables[_TABLES.get(name, name)]]
+        parts.append(f"## {title}\n\n{picture}{markdown_table(columns, rows)}")
+    return "\n\n".join(parts) + "\n"
+
+
+_TABLES = {"predicted": "choice"}
+_SECTIONS = (
+    ("radius", PLOTS["radius"], ("scene", "d/spacing", "search", "took", "build", "seconds", "work", "crossings")),
+    ("q", PLOTS["q"], ("points", "sorted", "Q", "sphere tests", "disc tests", "tests", "theory", "seconds")),
+    ("slack", PLOTS["slack"], ("points", "slack", "Q", "tests", "theory")),
+    (
+        "growth",
+        PLOTS["growth"],
+        ("gatherer", "discs", "points", "n_P", "n_R", "work", "theory", "crossings", "seconds"),
+    ),
+    ("cauchy_crofton", PLOTS["cauchy_crofton"], ("scene", "r/r0", "expected", "measured", "measured/expected")),
+    (
+        "predicted",
+        PLOTS["predicted"],
+        ("scene", "n_P", "n_R", "d/spacing", "search", "took", "build", "seconds", "predicted", "regret"),
+    ),
+    ("unit_costs", "Cost of a comparison", ("search", "comparison", "ns here", "reference")),
+)
+
+
+def _claims(figures: dict) -> list[list[str]]:
+    """Each experiment of the study, its figure, ours, and whether it held."""
+    rows = []
+    for name, saving in figures["disc_index_saving"].items():
+        cross = figures["crossover_d_over_spacing"][name]
+        rows.append([
+            "Disc Indexing takes up to 50 % less time than Sphere Cache for small discs", f"{name}: {saving:.0%} less",
+            _held(saving > 0),
+        ])  # fmt: skip
+        grid, tree, work = (_spacings(cross[key], cross) for key in ("seconds, grid", "seconds, tree", "work, tree"))
+        rows.append([
+            "Large discs favour the Sphere Cache",
+            f"{name}: from {grid} with a grid, {tree} with a tree; by comparisons {work}",
+            _held(cross["seconds, grid"] is not None),
+        ])  # fmt: skip
+    for kind, best in figures["q_optimum"].items():
+        rows.append([f"Q is best around 0.6-0.7 ({kind})", f"{best:.2f} by comparisons", _held(0.55 <= best <= 0.75)])
+    for name, by_size in figures["exponents"].items():
+        for discs, entry in by_size.items():
+            low, high = entry["interval"]
+            surface = entry["surface"]["n_P"]
+            by_theory = {kind: entry[kind]["n_P, theory"]["exponent"] for kind in ("volume", "surface")}
+            rows.append([
+                f"{name}, {discs.replace('_', ' ')}: comparisons grow as n_P^{entry['study']:.2f}",
+                f"n_P^{entry['exponent']:.2f} ({low:.2f} to {high:.2f}) in a volume, "
+                f"n_P^{surface['exponent']:.2f} on surfaces; the formulas give n_P^{by_theory['volume']:.2f} and "
+                f"n_P^{by_theory['surface']:.2f} for the same sizes",
+                _held(abs(entry["exponent"] - entry["study"]) < 0.15),
+            ])  # fmt: skip
+    ideal = figures["cauchy_crofton"]
+    low, high = ideal["interval"]
+    rows.append([
+        "The share of the segments that meets a convex set is its surface over the scene's",
+        f"ideal field: {ideal['measured']:.5f} ({low:.5f} to {high:.5f}) where {ideal['expected']:.5f} is expected; "
+        "in scenes see below", _held(low <= ideal["expected"] <= high),
+    ])  # fmt: skip
+    off = figures["predicted_over_measured"]
+    rows.append([
+        "Theory can choose the algorithm",
+        f"auto needs at most {figures['auto_regret']:.2f} times the best choice's time; predicted over measured time "
+        f"{off['least']:.2f} to {off['most']:.2f}", _held(figures["auto_regret"] <= 1.1),
+    ])  # fmt: skip
+    return rows
+
+
+def _spacings(value: float | None, cross: dict) -> str:
+    return f"nowhere up to {cross['measured up to']:.2g} spacings" if value is None else f"{value:.2g} spacings"
+
+
+def _held(held: bool) -> str:
+    return "holds" if held else "does not hold"
+
+
+def markdown_table(heading: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    """A table in Markdown."""
+    heading = list(heading)
+    lines = [heading, ["---"] * len(heading), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def _cell(value) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, bool) or not isinstance(value, (float, np.floating)):
+        return str(value)
+    return f"{value:.3g}"
+
+
+def _plain(value):
+    """The same with Python's own numbers, which json and csv write in full."""
+    if isinstance(value, dict):
+        return {key: _plain(inner) for key, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(inner) for inner in value]
+    return value.item() if isinstance(value, np.generic) else value

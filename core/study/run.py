@@ -1,0 +1,147 @@
+"""The whole study, step by step: a generator that says what it does and returns what it found."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Generator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..errors import DetpError
+from ..unit_costs import UNIT_COSTS, this_machine
+from . import crofton, growth, q_scan, searches
+from .fields import KINDS
+from .measure import least_squares_costs
+from .scene import StudyScene
+
+
+@dataclass(frozen=True)
+class Extent:
+    """How much of everything: less for --quick."""
+
+    q_points: int = 20_000
+    q_lines: int = 10_000
+    growth_points: tuple[int, ...] = (2000, 6000, 20_000, 60_000, 200_000)
+    growth_lines: tuple[int, ...] = (1000, 2000, 4000, 8000)
+    spacings: tuple[float, ...] = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
+    scan_segments: int = 100_000
+    choice_segments: int = 1 << 18
+    choice_radii: tuple[float, ...] = (0.3, 1.0)
+    crofton_lines: int = 400_000
+    repeats: int = 3
+
+
+QUICK = Extent(
+    q_points=6000, q_lines=4000, growth_points=(1000, 3000, 10_000, 30_000), growth_lines=(500, 1000, 2000),
+    spacings=(0.25, 1.0, 4.0, 12.0), scan_segments=40_000, choice_segments=1 << 17, choice_radii=(1.0,),
+    crofton_lines=200_000, repeats=2,
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Findings:
+    """Tables by name, each a list of rows with equal keys, and the figures that sum them up, for study.json."""
+
+    tables: dict[str, list[dict]] = field(default_factory=dict)
+    figures: dict = field(default_factory=dict)
+
+
+def run(
+    scans: dict[str, Callable[[], StudyScene]], scenes: dict[str, Callable[[], StudyScene]], extent: Extent
+) -> Generator[str, None, Findings]:
+    """Do all experiments; yields a sentence before each. ``scans`` go over many radii, all ``scenes`` test auto.
+
+    Scenes are loaded one at a time by calling them, so that one alone is in memory.
+    """
+    begin = time.perf_counter()
+    found = Findings()
+    yield "Which Q is best"
+    found.tables["q"], found.tables["slack"] = _q_tables(extent)
+    yield "How the work grows"
+    found.tables["growth"] = growth.growth_rows(extent.growth_points, extent.growth_lines, extent.repeats)
+    yield "Whether shares follow surfaces"
+    ideal, uneven, by_radius, choices = crofton.ideal(extent.crofton_lines), [], [], []
+    for name, load in {**scans, **scenes}.items():
+        yield f"{name}: every search"
+        try:
+            scene = load()
+        except DetpError as error:
+            yield f"{name} is left out: {error}"
+            continue
+        uneven += crofton.scene_rows(name, scene.segments, scene.centres, scene.around)
+        for share in extent.choice_radii:
+            choices += searches.scene_rows(scene, share * scene.radius, extent.choice_segments, extent.repeats)
+        for spacings in extent.spacings if name in scans else ():
+            yield f"{name}: discs of {spacings:g} spacings"
+            radius = spacings * scene.spacing
+            by_radius += searches.scene_rows(scene, radius, extent.scan_segments, extent.repeats)
+    found.tables.update({"cauchy_crofton": uneven, "radius": by_radius, "choice": choices})
+    found.tables["unit_costs"] = unit_cost_rows([*by_radius, *choices])
+    found.figures.update(_figures(found.tables, ideal))
+    found.figures["seconds"] = round(time.perf_counter() - begin, 1)
+    return found
+
+
+def _q_tables(extent: Extent) -> tuple[list[dict], list[dict]]:
+    rows, slack = [], []
+    for kind in KINDS:
+        rows += q_scan.q_rows(kind, extent.q_points, extent.q_lines, extent.repeats)
+        # Unsorted walks need many times the tests, so fewer segments and points show it.
+        rows += q_scan.q_rows(kind, extent.q_points // 4, extent.q_lines // 8, 1, sort=False, least=0.4)
+        slack += q_scan.slack_rows(kind, extent.q_points, extent.q_lines // 4)
+    return rows, slack
+
+
+def _figures(tables: dict[str, list[dict]], ideal: dict) -> dict:
+    """What sums the tables up, under the names that study.json promises."""
+    walks = {kind: [row for row in tables["q"] if row["points"] == kind and row["sorted"]] for kind in KINDS}
+    names = list(dict.fromkeys(row["scene"] for row in tables["radius"]))
+    scans = {name: [row for row in tables["radius"] if row["scene"] == name] for name in names}
+    ratios = {name: searches.disc_index_over_sphere_cache(rows, "processor") for name, rows in scans.items()}
+    tried = [row for row in [*tables["choice"], *tables["radius"]] if row["search"] != "auto"]
+    autos = [row for row in [*tables["choice"], *tables["radius"]] if row["search"] == "auto"]
+    off = [row["predicted processor"] / row["processor"] for row in tried]
+    on_samples = [row for row in autos if row in tables["choice"]]
+    return {
+        "q_optimum": {kind: q_scan.optimum(rows, "tests") for kind, rows in walks.items()},
+        "q_optimum_seconds": {kind: q_scan.optimum(rows, "seconds") for kind, rows in walks.items()},
+        "disc_index_saving": {name: 1.0 - ratio[0][1] for name, ratio in ratios.items()},
+        "exponents": growth.exponents(tables["growth"]),
+        "crossover_d_over_spacing": {
+            name: {
+                "seconds, grid": searches.crossover(rows, "processor", "grid"),
+                "seconds, tree": searches.crossover(rows, "processor", "tree"),
+                "work, tree": searches.crossover(rows, "work", "tree"),
+                "measured up to": max(row["d/spacing"] for row in rows),
+            }
+            for name, rows in scans.items()
+        },
+        "cauchy_crofton": ideal,
+        "auto_regret": max(row["regret"] for row in on_samples),
+        "auto_regret_over_radii": max(row["regret"] for row in autos),
+        "predicted_over_measured": {"least": min(off), "median": float(np.median(off)), "most": max(off)},
+        "machine": {"slowness": this_machine().slowness, "parallel": this_machine().parallel},
+    }
+
+
+def unit_cost_rows(rows: list[dict]) -> list[dict]:
+    """Nanoseconds of each comparison here, fitted to all searches in ``rows``, beside UNIT_COSTS."""
+    shared = ("patches", "discs", "tests", "crossings")
+    names = [(kind, name) for kind in searches.SEARCHES for name in UNIT_COSTS[kind] if name not in shared]
+    names += [("all", name) for name in shared]
+    tried = [row for row in rows if row["search"] != "auto"]
+    counts = np.array(
+        [
+            [row.get(name, 1.0) * row["n_R"] if kind in (row["search"], "all") else 0.0 for kind, name in names]
+            for row in tried
+        ]
+    )
+    here = least_squares_costs(counts, np.array([row["processor"] for row in tried]))
+    return [
+        {
+            "search": kind, "comparison": name, "ns here": 1e9 * cost,
+            "reference": UNIT_COSTS[kind if kind != "all" else "grid"][name],
+        }
+        for (kind, name), cost in zip(names, here, strict=True)
+    ]  # fmt: skip

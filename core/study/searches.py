@@ -1,0 +1,70 @@
+"""Every kind of search on real scenes: time and work, predicted and measured, and what auto takes."""
+
+from __future__ import annotations
+
+from ..discs import TangentDiscs
+from ..gatherers.choose import made, make_gatherer, pilot_of, predicted_seconds
+from ..segments import Segments
+from ..unit_costs import search_lanes, this_machine
+from .measure import counted, crossing, searched, timed
+from .scene import StudyScene
+
+#: The kinds that the study compares; brute force is out of the question for scenes of its size.
+SEARCHES = ("grid", "tree", "sphere-cache")
+
+
+def scene_rows(scene: StudyScene, radius: float, segments: int, repeats: int) -> list[dict]:
+    """One row for each of SEARCHES, and one for auto, for so many segments and discs of ``radius`` metres."""
+    discs, some = scene.discs(radius), scene.some(segments)
+    case = {"scene": scene.name, "n_P": len(discs), "n_R": len(some), "d": radius, "d/spacing": radius / scene.spacing}
+    rows = [case | _measured(kind, discs, some, repeats) for kind in SEARCHES]
+    return [*rows, case | _automatic(rows, discs, some, repeats)]
+
+
+def _measured(kind: str, discs: TangentDiscs, segments: Segments, repeats: int) -> dict:
+    """A search built with the options that auto would give it."""
+    pilot, built = pilot_of(discs, segments), []
+    building = timed(lambda: built.append(made(kind, discs, len(segments), pilot)), repeats)
+    gatherer = built[-1]
+    searching = timed(lambda: searched(gatherer, segments), repeats)
+    predicted, machine = predicted_seconds(kind, gatherer, len(segments), pilot), this_machine()
+    counts = counted(gatherer, segments)
+    return {
+        "search": kind, "build": building.wall, "seconds": searching.wall, "processor": searching.processor,
+        "predicted": machine.wall_seconds(predicted, search_lanes(len(segments), gatherer.chunk)),
+        "predicted processor": machine.slowness * predicted,
+        **{name: value / len(segments) for name, value in counts.items() if name != "segments"},
+    }  # fmt: skip
+
+
+def _automatic(rows: list[dict], discs: TangentDiscs, segments: Segments, repeats: int) -> dict:
+    """What auto takes, what choosing and building cost, and its time in all over that of the best choice.
+
+    Its search is one of those in ``rows``, so its time is theirs: the same search timed twice would only add the
+    machine's moods.
+    """
+    chosen = []
+    choosing = timed(lambda: chosen.append(make_gatherer("auto", discs, len(segments), segments)), repeats)
+    gatherer, reason = chosen[-1]
+    kind = gatherer.index if gatherer.name == "disc-index" else gatherer.name
+    own = next((row for row in rows if row["search"] == kind), None)
+    seconds = own["seconds"] if own else timed(lambda: searched(gatherer, segments), repeats).wall
+    best = min(row["build"] + row["seconds"] for row in rows)
+    return {
+        "search": "auto", "took": kind, "build": choosing.wall, "seconds": seconds,
+        "regret": (choosing.wall + seconds) / best, "reason": reason,
+    }  # fmt: skip
+
+
+def disc_index_over_sphere_cache(rows: list[dict], column: str, index: str = "grid") -> list[tuple[float, float]]:
+    """(d/spacing, what Disc Indexing needs of ``column`` over what the Sphere Cache needs), by ascending radius."""
+    by_kind = {
+        kind: {row["d/spacing"]: row[column] for row in rows if row["search"] == kind}
+        for kind in (index, "sphere-cache")
+    }
+    return [(d, by_kind[index][d] / by_kind["sphere-cache"][d]) for d in sorted(by_kind[index])]
+
+
+def crossover(rows: list[dict], column: str, index: str) -> float | None:
+    """d in spacings from which the Sphere Cache needs less of ``column``; None: it never does in ``rows``."""
+    return crossing(*zip(*disc_index_over_sphere_cache(rows, column, index), strict=True))

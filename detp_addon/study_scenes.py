@@ -1,0 +1,42 @@
+"""Reads the study's scenes from their files: estimation points, and photons traced as a bake traces them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ..core.radius import choose_radius
+from ..core.rays import RayCaster
+from ..core.segments import Segments
+from ..core.settings import BakeSettings
+from ..core.study.scene import StudyScene
+from ..core.tracing import PhotonTracer
+from .blender_output import blender_silenced
+from .files import check_readable, open_blend
+from .reading.read_scene import read_scene
+
+#: particles traced at a time
+PHOTONS = 1 << 15
+
+
+def load_study_scene(name: str, path: Path, segments: int) -> StudyScene:
+    """Read the scene in ``path`` and trace photons until there are that many ``segments``, of direct light too.
+
+    Points are the face corners of all visible meshes. Raises DetpError when the scene cannot be read or baked.
+    """
+    check_readable(path)
+    with blender_silenced():
+        open_blend(path)
+        export = read_scene(bpy.context.scene, bpy.context.view_layer, None, "CORNER")
+    caster = RayCaster(export.scene.corners)
+    settings = BakeSettings(quality="preview")
+    radius = choose_radius(export.scene, caster, export.centres, export.normals, settings)
+    tracer = PhotonTracer(export.scene, caster, export.scene.bounds.expanded(2 * radius), settings.bounces)
+    parts: list[Segments] = []
+    while sum(map(len, parts)) < segments:
+        generator = np.random.default_rng(np.random.SeedSequence(0, spawn_key=(2, len(parts))))
+        parts.append(tracer.trace(PHOTONS, generator).segments)
+    traced = Segments.joined(parts).taken(slice(0, segments))
+    return StudyScene(name, len(export.scene.triangles), export.centres, export.normals, radius, traced)

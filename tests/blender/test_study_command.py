@@ -1,0 +1,88 @@
+"""``detp study``: what it writes, with and without matplotlib, and what it says when it cannot begin."""
+
+import json
+import sys
+
+import bpy
+import pytest
+from detp.core.study import run
+from detp.core.study.run import Extent
+from detp.detp_addon.command import main
+from small_scenes import cube, grid, lamp, saved
+
+TINY = Extent(
+    q_points=300, q_lines=100, growth_points=(100, 200, 400), growth_lines=(50, 100, 200), spacings=(0.5, 2.0),
+    scan_segments=1000, choice_segments=1500, choice_radii=(1.0,), crofton_lines=16_000, repeats=1,
+)  # fmt: skip
+
+
+@pytest.fixture
+def samples(tmp_path):
+    """Small scenes by the names of the study's own."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    grid("Floor")
+    cube("Box")
+    lamp()
+    folder = tmp_path / "samples"
+    folder.mkdir()
+    for name in ("tree", "atrium"):
+        saved(folder / f"{name}.blend")
+    return folder
+
+
+def test_it_writes_figures_tables_and_a_report_and_asks_for_matplotlib(samples, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(run, "QUICK", TINY)
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    out = tmp_path / "new" / "study"
+    assert main(["study", "-o", str(out), "--quick", "--samples", str(samples), "--scenes", str(samples)]) == 0
+    said = capsys.readouterr()
+    assert said.err.strip() == 'detp: The plots need matplotlib: install it with pip install ".[study]".'
+    figures = json.loads((out / "study.json").read_text())
+    for key in ("q_optimum", "exponents", "cauchy_crofton", "auto_regret"):
+        assert key in figures
+    for key in ("disc_index_saving", "crossover_d_over_spacing"):
+        assert set(figures[key]) == {"tree", "atrium"}
+    assert sorted(path.name for path in out.glob("*.csv")) == [
+        "cauchy_crofton.csv", "choice.csv", "growth.csv", "q.csv", "radius.csv", "slack.csv", "unit_costs.csv"
+    ]  # fmt: skip
+    assert "samples/tree" in (out / "choice.csv").read_text()
+    assert "detp study --quick" in (out / "study.md").read_text()
+
+
+def test_it_draws_every_plot(tmp_path):
+    pytest.importorskip("matplotlib")
+    import numpy as np
+    from detp.core.study.fields import uniform_discs, uniform_lines
+    from detp.core.study.report import PLOTS
+    from detp.core.study.scene import StudyScene
+    from detp.detp_addon.study_plots import draw
+
+    generator = np.random.default_rng(1)
+    discs = uniform_discs("surface", 300, 0.1, generator)
+    scene = StudyScene("ball", 600, discs.centres, discs.normals, 0.1, uniform_lines(1500, generator))
+    steps = run.run({"ball": lambda: scene}, {}, TINY)
+    while True:
+        try:
+            next(steps)
+        except StopIteration as stop:
+            draw(stop.value, tmp_path)
+            break
+    assert {path.name for path in tmp_path.iterdir()} == {f"{n}.{end}" for n in PLOTS for end in ("svg", "png")}
+
+
+@pytest.mark.parametrize(
+    "arguments, said, status",
+    [
+        (["--samples", "nowhere"], "There is no scene at 'nowhere'", 1),
+        (["--scenes", "nothing.blend"], "There is no scene at 'nothing.blend'", 1),
+    ],
+)
+def test_it_says_what_is_missing(samples, tmp_path, capsys, arguments, said, status):
+    if "--samples" not in arguments:
+        arguments = [*arguments, "--samples", str(samples)]
+    assert main(["study", "-o", str(tmp_path / "out"), *arguments]) == status
+    assert said in capsys.readouterr().err
+    (samples / "tree.blend").unlink()
+    assert main(["study", "-o", str(tmp_path / "out"), "--samples", str(samples)]) == 1
+    assert "lack tree" in capsys.readouterr().err
+    assert main(["study"]) == 2

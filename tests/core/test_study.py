@@ -1,0 +1,115 @@
+"""The study's own arithmetic, and the whole study in miniature."""
+
+import csv
+import io
+import json
+
+import numpy as np
+import pytest
+from detp.core.errors import NoLightError
+from detp.core.gatherers.balanced_tree import BalancedTree
+from detp.core.study import growth, q_scan, report
+from detp.core.study.fields import spacing, uniform_discs, uniform_lines
+from detp.core.study.measure import crossing, least_squares_costs, lowest
+from detp.core.study.measure import growth as fitted_growth
+from detp.core.study.run import Extent, run
+from detp.core.study.scene import StudyScene
+
+TINY = Extent(
+    q_points=400, q_lines=160, growth_points=(200, 400, 800), growth_lines=(50, 100, 200), spacings=(0.5, 4.0),
+    scan_segments=1500, choice_segments=2000, choice_radii=(1.0,), crofton_lines=32_000, repeats=1,
+)  # fmt: skip
+
+
+def test_an_exponent_and_its_interval():
+    sizes = np.array([10.0, 100.0, 1000.0, 10_000.0])
+    exact = fitted_growth(sizes, 3 * sizes**0.4)
+    assert [exact.low, exact.exponent, exact.high] == pytest.approx([0.4] * 3)
+    generator = np.random.default_rng(1)
+    held = 0
+    for _ in range(400):
+        slope = fitted_growth(sizes, sizes**0.4 * np.exp(0.1 * generator.normal(size=4)))
+        held += slope.low <= 0.4 <= slope.high
+    assert 0.92 < held / 400 < 0.98
+
+
+def test_the_lowest_place_and_the_crossing():
+    q = np.linspace(0.2, 0.95, 16)
+    assert lowest(q, np.exp((q - 0.613) ** 2)) == pytest.approx(0.613)
+    assert lowest(q, q) == pytest.approx(0.2)
+    assert crossing([1.0, 2.0, 4.0, 8.0], [0.5, 0.5, 2.0, 4.0]) == pytest.approx(np.sqrt(8.0))
+    assert crossing([1.0, 2.0], [0.5, 0.9]) is None and crossing([1.0, 2.0], [1.5, 0.9]) is None
+
+
+def test_costs_are_found_again_and_never_below_zero():
+    generator = np.random.default_rng(2)
+    counts = generator.random((40, 4)) * [1.0, 100.0, 3.0, 0.0]
+    seconds = counts @ [2e-3, 5e-5, 0.0, 1.0]
+    assert least_squares_costs(counts, seconds) == pytest.approx([2e-3, 5e-5, 0.0, 0.0], rel=1e-6, abs=1e-9)
+    assert (least_squares_costs(counts, seconds * np.exp(generator.normal(size=40))) >= 0).all()
+
+
+@pytest.mark.parametrize("kind", ["volume", "surface"])
+def test_the_best_q_by_counted_tests_is_the_studys(kind):
+    rows = q_scan.q_rows(kind, 2000, 400, 1, least=0.4, most=0.81)
+    assert 0.55 <= q_scan.optimum(rows, "tests") <= 0.75
+    assert all(0.4 < row["theory"] / row["tests"] < 2.5 for row in rows)
+    walked = q_scan.q_rows(kind, 600, 100, 1, sort=False, least=0.6, most=0.63)[0]
+    in_order = q_scan.q_rows(kind, 600, 100, 1, least=0.6, most=0.63)[0]
+    assert walked["tests"] > 1.3 * in_order["tests"]
+
+
+def test_an_unbalanced_tree_is_deeper_and_finds_the_same():
+    generator = np.random.default_rng(3)
+    discs, lines = uniform_discs("volume", 2000, spacing("volume", 2000), generator), uniform_lines(300, generator)
+    found = []
+    for name in ("disc-index", "disc-index, unbalanced"):
+        chunks = list(growth.GATHERERS[name](discs).crossings(lines))
+        found.append({(s, d) for c in chunks for s, d in zip(c.segment.tolist(), c.disc.tolist(), strict=True)})
+    assert found[0] == found[1] and len(found[0]) > 1000
+    kind = np.zeros(2000, np.int64)
+    levels = [len(BalancedTree.over(discs.centres, kind, 8, halves).levels) for halves in (None, growth.unbalanced)]
+    assert levels[1] > levels[0]
+    for node in range(9, 40):
+        count = np.full(50, node)
+        assert ((growth.unbalanced(count) >= 0) & (growth.unbalanced(count) < count)).all()
+
+
+def room(name, points, seed):
+    generator = np.random.default_rng(seed)
+    discs, lines = uniform_discs("surface", points, 0.1, generator), uniform_lines(2000, generator)
+    return StudyScene(name, 2 * points, discs.centres, discs.normals, 0.1, lines)
+
+
+def test_the_whole_study_in_miniature():
+    def dark():
+        raise NoLightError("Nothing shines.")
+
+    steps = run({"ball": lambda: room("ball", 900, 4)}, {"small": lambda: room("small", 60, 5), "dark": dark}, TINY)
+    said = []
+    while True:
+        try:
+            said.append(next(steps))
+        except StopIteration as stop:
+            found = stop.value
+            break
+    assert "dark is left out: Nothing shines." in said
+    figures = json.loads(report.as_json(found))
+    assert set(figures["q_optimum"]) == {"volume", "surface"}
+    assert set(figures["disc_index_saving"]) == {"ball"}
+    for by_size in figures["exponents"].values():
+        for entry in (by_size["small_discs"], by_size["large_discs"]):
+            low, high = entry["interval"]
+            assert low <= entry["exponent"] <= high
+    low, high = figures["cauchy_crofton"]["interval"]
+    assert low < figures["cauchy_crofton"]["measured"] < high
+    assert figures["cauchy_crofton"]["expected"] == pytest.approx(0.01)
+    assert figures["auto_regret"] > 0 and "ball" in figures["crossover_d_over_spacing"]
+    assert {row["scene"] for row in found.tables["choice"]} == {"ball", "small"}
+    for name, rows in found.tables.items():
+        read = list(csv.DictReader(io.StringIO(report.as_csv(rows))))
+        assert len(read) == len(rows) > 0, name
+    text = report.as_markdown(found, "detp study", pictures=True)
+    assert text.count("\n## ") == 7 and "(radius.svg)" in text and "| nan" not in text
+    assert "svg" not in report.as_markdown(found, "detp study", pictures=False)
+    assert {row["search"] for row in found.tables["unit_costs"]} == {"grid", "tree", "sphere-cache", "all"}

@@ -147,7 +147,10 @@ def moved(size):
     return f"median difference {worst:.1e}, none above {spread:.2f} sigma", worst < 1e-4 and spread < 3
 
 
-@case("the scene turned arbitrarily", "E the same within noise; lamps without extent exactly")
+@case(
+    "the scene turned arbitrarily",
+    "E the same within noise; direct light to 0.1 % (the lift off the surface follows the scene's box)",
+)
 def turned(size):
     scene, points, normals = lamp_room()
     generator = np.random.default_rng(3)
@@ -162,7 +165,7 @@ def turned(size):
             exact = max(exact, relative(other.direct.value, unit.direct.value))
     return (
         f"largest difference {worst:.1f} sigma of {len(points)} points; direct {exact:.1e}",
-        worst < 5 and exact < 1e-4,
+        worst < 5 and exact < 1e-3,
     )
 
 
@@ -483,10 +486,11 @@ def _spoilt(values: np.ndarray, value: float) -> np.ndarray:
 
 
 @case(
-    "100 000 tiny tetrahedra over a floor (at full size)", "finite, with light under the cloud and all gatherers alike"
+    "100 000 tiny tetrahedra over a floor (1000 in the tests)",
+    "finite, with light under the cloud and all gatherers alike",
 )
 def swarm(size):
-    count = int(min(100_000, 1000 * size))
+    count = 1000 if size <= 1 else 100_000
     generator = np.random.default_rng(8)
     corners = 0.002 * np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)])
     places = generator.uniform((-1, -1, 0.1), (1, 1, 1), (count, 3))

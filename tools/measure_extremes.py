@@ -21,9 +21,9 @@ from extreme_cases import CASES, Case  # noqa: E402 the folder has just been mad
 
 HEADING = """# The numerical extremes
 
-Made by `python tools/measure_extremes.py --objects 20000`, which runs the cases of tests/analytic/extreme_cases.py with more photons
-than the tests do. Unless it says otherwise a case bakes with both estimators, and with direct light by photons and by
-shadow rays; *sigma* is the reported standard error.
+Made by `python tools/measure_extremes.py --objects 20000`, which runs the cases of tests/analytic/extreme_cases.py with
+more photons than the tests do. Unless it says otherwise a case bakes with both estimators, and with direct light by
+photons and by shadow rays; *sigma* is the reported standard error.
 """
 
 

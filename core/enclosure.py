@@ -22,13 +22,13 @@ UNLIT_SHARE = 1e-3
 class Enclosure:
     """Tells which points look at the insides of closed geometry, from the triangles' winding.
 
-    Neighbouring geometry alone cannot tell a point in a wall from one in a room whose faces all look outward: for that,
-    see :func:`hidden_points`.
+    Geometry alone cannot tell a point in a wall from one in a room whose faces all look outward: for that, see
+    :func:`hidden_points`. Attribute ``facing`` (T, 3): the triangles' unit normals.
     """
 
     def __init__(self, caster: RayCaster):
         self._caster = caster
-        self._normals, _ = normals_and_areas(caster.corners)
+        self.facing, _ = normals_and_areas(caster.corners)
         # A lattice of rank one: any number of its first points covers the hemisphere evenly.
         steps = np.arange(RAYS) + 0.5
         self._uniforms = np.stack([steps * 0.7548776662466927, steps * 0.5698402909980532], axis=1) % 1.0
@@ -48,7 +48,7 @@ class Enclosure:
         about = np.repeat(normals, shape[1], axis=0)
         directions = cosine_hemisphere(about, np.tile(uniforms, (shape[0], 1)))
         triangle = self._caster.first_hits(np.repeat(origins, shape[1], axis=0), directions).triangle
-        back = np.einsum("ij,ij->i", self._normals[triangle], directions) > 0
+        back = np.einsum("ij,ij->i", self.facing[triangle], directions) > 0
         return (back & (triangle >= 0)).reshape(shape).sum(axis=1), (triangle >= 0).reshape(shape).all(axis=1)
 
 

@@ -112,8 +112,10 @@ def visible_discs(caster: RayCaster, discs: TangentDiscs, inward: np.ndarray | N
     for start in range(0, len(discs), POINTS_PER_CHUNK):
         rows = slice(start, start + POINTS_PER_CHUNK)
         normals, radii = discs.normals[rows], discs.radii[rows]
-        # From the point itself: a point moved aside in a hollow lies behind the surface before it is lifted.
+        # From the point itself: a point moved aside in a hollow lies behind the surface before it is lifted. One moved
+        # aside in a wedge has less room; what it meets from behind is the hollow.
         headroom = _headroom(caster, discs.centres[rows], normals)
+        headroom = np.minimum(headroom, _headroom(caster, based[rows], normals, enclosure.facing))
         least = np.minimum(nudge[rows], 0.5 * headroom)
         lifts, reach = _lifted(caster, based[rows], normals, radii, least, headroom)
         whole = np.pi * radii**2
@@ -155,12 +157,18 @@ def _lifted(caster, centres, normals, radii, least, headroom) -> tuple[np.ndarra
     return lifts, reach
 
 
-def _headroom(caster: RayCaster, centres, normals) -> np.ndarray:
-    """How far (N,) it is along the normal to the next surface, at least twice what keeps clear of the own one."""
+def _headroom(caster: RayCaster, centres, normals, facing=None) -> np.ndarray:
+    """How far (N,) it is along the normal to the next surface, at least twice what keeps clear of the own one.
+
+    With the triangles' normals ``facing`` (T, 3) only fronts count.
+    """
     start = 4 * caster.tolerance
     hits = caster.first_hits(centres + start * normals, normals)
+    free = hits.triangle < 0
+    if facing is not None:
+        free |= np.einsum("ij,ij->i", facing[hits.triangle], normals) > 0
     distance = np.linalg.norm(hits.points - centres, axis=1)
-    return np.where(hits.triangle < 0, np.inf, np.maximum(distance, 2 * start))
+    return np.where(free, np.inf, np.maximum(distance, 2 * start))
 
 
 def _reach(caster: RayCaster, origins, normals, radii) -> np.ndarray:

@@ -87,8 +87,9 @@ def furnace(build: Callable[[], None], domain: str) -> Furnace:
     """The enclosure that ``build`` makes in an empty Blender scene, read for a bake of ``domain``."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     build()
-    objects = [obj for obj in bpy.context.scene.objects if obj.name != OUTSIDE]
-    exported = read_scene(bpy.context.scene, bpy.context.view_layer, objects, domain)
+    objects = list(bpy.context.scene.objects)
+    targets = [obj for obj in objects if obj.name != OUTSIDE and not obj.hide_render]
+    exported = read_scene(bpy.context.scene, bpy.context.view_layer, targets, domain)
     scene = exported.scene
     both = scene.emission[:, 0] > (SOLID + SHEET) / 2
     corners = np.concatenate([scene.corners, scene.corners[both][:, ::-1]])
@@ -101,15 +102,15 @@ def furnace(build: Callable[[], None], domain: str) -> Furnace:
 
 def closed_box() -> None:
     steps = np.linspace(0, 2, 5)
-    _add("room", *_around_cells(steps, steps, steps, np.ones((4, 4, 4), bool)))
+    _add("room", *around_cells(steps, steps, steps, np.ones((4, 4, 4), bool)))
 
 
 def l_shaped_room_with_thin_walls() -> None:
     """Walls of 1 cm that end on the middle of faces; floor vertices lie under them and on their sides."""
     _l_shaped_room()
-    _add_body("beside a row of vertices", *_cuboid((0.5, 1.2, 0), (0.51, 2, 2)))
-    _add_body("over a row of vertices", *_cuboid((1.3, 0.495, 0), (2, 0.505, 2), (3, 1, 2)))
-    _add_body("across faces", *_cuboid((0, 0.8, 0), (0.4, 0.81, 2)))
+    _add_body("beside a row of vertices", *cuboid((0.5, 1.2, 0), (0.51, 2, 2)))
+    _add_body("over a row of vertices", *cuboid((1.3, 0.495, 0), (2, 0.505, 2), (3, 1, 2)))
+    _add_body("across faces", *cuboid((0, 0.8, 0), (0.4, 0.81, 2)))
 
 
 def l_shaped_room_with_sheets() -> None:
@@ -146,8 +147,8 @@ def smooth_box() -> None:
 def box_on_the_floor() -> None:
     """A box that touches the floor exactly; floor vertices lie under it and on its edges."""
     steps = np.linspace(0, 2, 9)
-    _add("room", *_around_cells(steps, steps, np.linspace(0, 2, 3), np.ones((8, 8, 2), bool)))
-    _add_body("box", *_cuboid((0.5, 0.75, 0), (1.15, 1.25, 0.8), (2, 2, 2)))
+    _add("room", *around_cells(steps, steps, np.linspace(0, 2, 3), np.ones((8, 8, 2), bool)))
+    _add_body("box", *cuboid((0.5, 0.75, 0), (1.15, 1.25, 0.8), (2, 2, 2)))
 
 
 def welded_box_on_the_floor() -> None:
@@ -155,15 +156,18 @@ def welded_box_on_the_floor() -> None:
     steps = np.linspace(0, 2, 9)
     free = np.ones((8, 8, 8), bool)
     free[2:5, 3:5, :3] = False
-    _add("room", *_around_cells(steps, steps, steps, free))
+    _add("room", *around_cells(steps, steps, steps, free))
 
 
 def box_sunk_into_the_floor() -> None:
     """A box that reaches into the floor, which has a thickness; the floor's vertices under it lie inside it."""
     steps = np.linspace(0, 2, 9)
-    _add("room", *_around_cells(steps, steps, np.linspace(0, 2, 3), np.ones((8, 8, 2), bool)))
-    _add(OUTSIDE, *_cuboid((-0.2, -0.2, -0.2), (2.2, 2.2, 2.2)))
-    _add_body("box", *_cuboid((0.55, 0.77, -0.05), (1.15, 1.25, 0.8), (2, 2, 2)))
+    _add("room", *around_cells(steps, steps, np.linspace(0, 2, 3), np.ones((8, 8, 2), bool)))
+    _add(OUTSIDE, *cuboid((-0.2, -0.2, -0.2), (2.2, 2.2, 2.2)))
+    # The floor as a body, into which the box does not shine; its surfaces are the room's and the outside's.
+    _add_body("floor", *cuboid((-0.2, -0.2, -0.2), (2.2, 2.2, 0)))
+    bpy.data.objects["floor"].hide_render = True
+    _add_body("box", *cuboid((0.55, 0.77, -0.05), (1.15, 1.25, 0.8), (2, 2, 2)))
 
 
 def half_open_door() -> None:
@@ -172,8 +176,8 @@ def half_open_door() -> None:
     free = np.ones((5, 4, 3), bool)
     free[2] = False
     free[2, 2, :2] = True
-    _add("rooms", *_around_cells(x, y, z, free))
-    vertices, faces = _cuboid((0, 0, 0), (0.79, 0.04, 1.89), (2, 1, 2))
+    _add("rooms", *around_cells(x, y, z, free))
+    vertices, faces = cuboid((0, 0, 0), (0.79, 0.04, 1.89), (2, 1, 2))
     turn = np.radians(40)
     across, along = vertices[:, 0].copy(), vertices[:, 1].copy()
     vertices[:, 0] = 1.3 + across * np.cos(turn) - along * np.sin(turn)
@@ -201,7 +205,7 @@ def _l_shaped_room() -> None:
     steps = np.linspace(0, 2, 5)
     free = np.ones((4, 4, 2), bool)
     free[2:, 2:] = False
-    _add("room", *_around_cells(steps, steps, np.linspace(0, 2, 3), free))
+    _add("room", *around_cells(steps, steps, np.linspace(0, 2, 3), free))
 
 
 def _sphere(add, smooth: bool, **settings) -> None:
@@ -215,14 +219,14 @@ def _sphere(add, smooth: bool, **settings) -> None:
     _shine(mesh, SOLID)
 
 
-def _cuboid(lower, upper, steps=(1, 1, 1)):
+def cuboid(lower, upper, steps=(1, 1, 1)):
     """Vertices and faces of a box that looks outward, cut into ``steps`` along each axis."""
     axes = [np.linspace(a, b, n + 1) for a, b, n in zip(lower, upper, steps, strict=True)]
-    vertices, faces = _around_cells(*axes, np.ones(steps, bool))
+    vertices, faces = around_cells(*axes, np.ones(steps, bool))
     return vertices, [face[::-1] for face in faces]
 
 
-def _around_cells(x, y, z, free: np.ndarray):
+def around_cells(x, y, z, free: np.ndarray):
     """Vertices and faces around the ``free`` cells (X, Y, Z) of a grid of planes, looking into them."""
     shape = (len(x), len(y), len(z))
     padded = np.pad(free, 1)

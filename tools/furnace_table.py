@@ -1,6 +1,6 @@
 """Bakes white furnaces, where every point must read the same, and writes how far each estimator is off.
 
-    python tools/furnace_table.py [-o docs/furnace.md] [--photons 500000] [--radii 0.02 0.05 0.1]
+    python tools/furnace_table.py [-o docs/furnace.md] [--photons 100000] [--radii 0.02 0.05 0.1]
 
 Every enclosure of tools/enclosures.py is read by the add-on and baked with direct light by photons, so that nothing but
 the estimator is tested, once for each domain, estimator and radius. The colours are those that would be written, with
@@ -80,7 +80,7 @@ def main() -> int:
 def parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("-o", "--output", type=Path, default=DOCS)
-    parser.add_argument("--photons", type=int, default=500_000)
+    parser.add_argument("--photons", type=int, default=100_000)
     parser.add_argument("--radii", type=float, nargs="*", default=[0.02, 0.05, 0.1])
     return parser.parse_args()
 
@@ -93,8 +93,8 @@ def heading(arguments: argparse.Namespace) -> list[str]:
         "",
         "Closed rooms in which all surfaces shine alike, about 2 m across (tools/enclosures.py): every vertex and",
         f"every corner must read 1. *Wrong* is the share that is off by more than {percent(ALLOWED, 0)} after three",
-        f"standard errors of noise. *Limit* is the visible estimator without noise, from {LIMIT_RAYS} rays back from each",
-        "disc. *Filled* are elements that look into something solid or that something covers, and that take their",
+        f"standard errors of noise. *Limit* is the visible estimator without noise, from {LIMIT_RAYS} rays back from",
+        "each disc. *Filled* are elements that look into something solid or that something covers, and that take their",
         "colours from their neighbours. The automatic radius is marked with *.",
         "",
         f"{os.cpu_count()} cores, {platform.machine()}.",
@@ -111,7 +111,7 @@ def percent(share: float, digits: int) -> str:
 def row(name: str, domain: str, enclosure: Furnace, radius: float | None, photons: int) -> str:
     """One line of the table."""
     plain, visible = (baked(enclosure, estimator, radius, photons) for estimator in ("plain", "visible"))
-    noiseless = limit(enclosure, visible.radius, visible.hidden, np.random.default_rng(1))
+    noiseless = limit(enclosure, placed_discs(enclosure, visible.radius), LIMIT_RAYS, np.random.default_rng(1))
     readings = [elements(enclosure, visible.hidden, *measured(result)) for result in (plain, visible)]
     readings.append(elements(enclosure, visible.hidden, noiseless, np.zeros(len(noiseless))))
     cells = [name, domain.lower(), f"{visible.radius:.3g}" + "*" * (radius is None)]
@@ -152,27 +152,30 @@ def elements(enclosure: Furnace, hidden: np.ndarray, values: np.ndarray, errors:
     return Readings(joined[:, 0], joined[:, 1], filled)
 
 
-def limit(enclosure: Furnace, radius: float, hidden: np.ndarray, generator: np.random.Generator) -> np.ndarray:
-    """What (N,) the visible estimator converges to, by rays back from random places of each outline."""
+def placed_discs(enclosure: Furnace, radius: float) -> VisibleDiscs:
     exported = enclosure.exported
-    caster = RayCaster(exported.scene.corners)
     discs = TangentDiscs.of_radius(exported.centres, exported.normals, radius)
-    placed = VisibleDiscs.joined(list(visible_discs(caster, discs, exported.inward)))
-    count, rows = len(discs), np.arange(len(discs))
+    return VisibleDiscs.joined(list(visible_discs(RayCaster(exported.scene.corners), discs, exported.inward)))
+
+
+def limit(enclosure: Furnace, placed: VisibleDiscs, rays: int, generator: np.random.Generator) -> np.ndarray:
+    """What (N,) the visible estimator converges to, by rays back from random places of each outline."""
+    caster = RayCaster(enclosure.scene.corners)
+    reach, discs, rows = placed.area.reach, placed.discs, np.arange(len(placed.discs))
     angle = (np.arange(DIRECTIONS) * (2 * np.pi / DIRECTIONS))[:, None]
-    first, second = (axis[:, None] for axis in frames(placed.discs.normals))
-    outline = placed.area.reach[:, :, None] * (np.cos(angle) * first + np.sin(angle) * second)
-    sectors = np.cumsum(placed.area.reach * np.roll(placed.area.reach, -1, axis=1), axis=1)
-    lit = np.zeros(count)
-    for _ in range(LIMIT_RAYS):
-        uniforms = generator.random((count, 5))
+    first, second = (axis[:, None] for axis in frames(discs.normals))
+    outline = reach[:, :, None] * (np.cos(angle) * first + np.sin(angle) * second)
+    sectors = np.cumsum(reach * np.roll(reach, -1, axis=1), axis=1)
+    lit = np.zeros(len(discs))
+    for _ in range(rays):
+        uniforms = generator.random((len(discs), 5))
         sector = (sectors < uniforms[:, :1] * sectors[:, -1:]).sum(axis=1) % DIRECTIONS
         root, along = np.sqrt(uniforms[:, 1:2]), uniforms[:, 2:3]
         here, following = outline[rows, sector], outline[rows, (sector + 1) % DIRECTIONS]
-        origins = placed.discs.centres + root * ((1 - along) * here + along * following)
-        directions = cosine_hemisphere(placed.discs.normals, uniforms[:, 3:5])
+        origins = discs.centres + root * ((1 - along) * here + along * following)
+        directions = cosine_hemisphere(discs.normals, uniforms[:, 3:5])
         lit += enclosure.lit(origins, directions, caster.first_hits(origins, directions).triangle)
-    return np.where(hidden, 0.0, lit / LIMIT_RAYS)
+    return lit / rays
 
 
 if __name__ == "__main__":

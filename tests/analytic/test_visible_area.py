@@ -3,12 +3,14 @@
 import numpy as np
 import pytest
 from detp.core.bake import bake
+from detp.core.discs import TangentDiscs
 from detp.core.lights.emissive import EmissiveTriangles
 from detp.core.lights.point import PointLight
 from detp.core.lights.world import UniformWorld
+from detp.core.rays import RayCaster
 from detp.core.scene import Scene
 from detp.core.settings import BakeSettings
-from detp.core.visible_area import NUDGE
+from detp.core.visible_area import NUDGE, visible_discs
 from rooms import box_quads, finished, scene_of, z_scores
 
 RADIUS = 0.1
@@ -142,3 +144,44 @@ def test_a_rounded_convex_corner_sees_the_whole_sky():
     assert not result.hidden.any()
     assert np.abs(z_scores(result, np.pi)).max() < 4
     assert result.irradiance.mean() == pytest.approx(np.pi, rel=0.02)
+
+
+def enclosed_and_hidden(quads, points, normals, lights):
+    scene = scene_of(quads, 0.5, lights=lights)
+    (placed,) = visible_discs(RayCaster(scene.corners), TangentDiscs.of_radius(points, normals, RADIUS))
+    settings = BakeSettings(photons=20_000, radius=RADIUS, direct="photons")
+    return placed.area.enclosed.tolist(), finished(bake(scene, points, normals, settings)).hidden.tolist()
+
+
+def test_points_inside_closed_things_are_enclosed_and_hidden():
+    floor = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], float)
+    thing = box_quads((0.6, 0.6, 0.6))[:, ::-1] - (0.3, 0.3, 0.1)
+    points = np.array([(0, 0, 0), (0.2, 0.1, 0), (0.6, 0.5, 0)], float)
+    lamp = PointLight((0.5, 0.5, 1.0), (1.0, 1.0, 1.0))
+    found = enclosed_and_hidden(np.concatenate([[floor], thing]), points, np.tile((0, 0, 1.0), (3, 1)), (lamp,))
+    assert found == ([True, True, False], [True, True, False])
+
+
+def test_a_lit_room_of_outward_faces_encloses_its_points_but_does_not_hide_them():
+    room = box_quads((1, 1, 1))[:, ::-1]
+    points, normals = np.array([(0.5, 0.5, 0), (0.2, 0.3, 0)]), np.tile((0, 0, 1.0), (2, 1))
+    lamp = PointLight((0.5, 0.5, 0.5), (1.0, 1.0, 1.0))
+    assert enclosed_and_hidden(room, points, normals, (lamp,)) == ([True, True], [False, False])
+
+
+def test_a_dark_room_stays_dark():
+    rooms = np.concatenate([box_quads((1, 1, 1)), box_quads((1, 1, 1)) + (2, 0, 0)])
+    points, normals = np.array([(0.5, 0.5, 0), (2.5, 0.5, 0)]), np.tile((0, 0, 1.0), (2, 1))
+    lamp = PointLight((0.5, 0.5, 0.5), (1.0, 1.0, 1.0))
+    assert enclosed_and_hidden(rooms, points, normals, (lamp,)) == ([False, False], [False, False])
+
+
+def test_a_disc_in_a_wedge_is_not_lifted_through_its_other_side():
+    floor = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], float)
+    # A leaf that stands on the floor's middle line and leans over by 40 degrees, 20 cm thick.
+    along, up = np.array((0, 1.0, 0)), np.array((np.cos(0.7), 0, np.sin(0.7)))
+    leaf = box_quads((1, 1, 0.2))[:, ::-1] @ np.stack([up, along, np.cross(up, along)])
+    scene = scene_of(np.concatenate([[floor], leaf]), lights=(UniformWorld((1.0, 1.0, 1.0)),))
+    discs = TangentDiscs.of_radius(np.array([(0, 0.5, 0)]), np.array([(0, 0, 1.0)]), RADIUS)
+    (placed,) = visible_discs(RayCaster(scene.corners), discs, np.array([(0.5, 0, 0)]))
+    assert placed.discs.centres[0, 2] < np.tan(0.7) * placed.discs.centres[0, 0]

@@ -177,3 +177,56 @@ def test_meshes_without_faces_are_no_targets():
     result = read(domain="POINT")
     assert [target.object_name for target in result.targets] == ["floor"]
     assert result.warnings == ("there is no light to bake on 2 objects (empty, dots), of which a render shows no face",)
+
+
+def floor_grid(name="floor"):
+    """Four squares around the vertex in the middle of a floor from -1 to 1."""
+    vertices = [(x, y, 0) for y in (-1, 0, 1) for x in (-1, 0, 1)]
+    return linked(name, mesh(vertices, [(0, 1, 4, 3), (1, 2, 5, 4), (3, 4, 7, 6), (4, 5, 8, 7)]))
+
+
+def test_corners_on_both_sides_of_a_wall_have_points_of_their_own():
+    floor_grid()
+    assert len(read().centres) == 9
+    linked("wall", mesh([(0, -2, -1), (0, 2, -1), (0, 2, 1), (0, -2, 1)], [(0, 1, 2, 3)]))
+    result = read()
+    rows = target_of(result, "floor").point_rows
+    # Face by face from the lower left: the second corner of the first face lies where the first one of the second does.
+    assert rows[1] != rows[4] and np.allclose(result.centres[rows[1]], result.centres[rows[4]])
+    assert result.inward[rows[1]][0] < 0 < result.inward[rows[4]][0]
+    assert len(np.unique(rows)) == 6 + 4 + 4
+
+
+@pytest.mark.parametrize("domain", ["CORNER", "POINT"])
+def test_corners_behind_a_surface_are_moved_in_front_of_it(domain):
+    quad("floor", size=4, location=(-2, -2, 0))
+    cube("box", location=(0, 0, 0.9))
+    result = read(domain=domain)
+    rows = target_of(result, "box").point_rows
+    used = result.centres[rows[rows >= 0]]
+    sides = np.abs(result.normals[rows[rows >= 0]][:, 2]) < 0.5
+    assert sides.sum() == 16 and np.allclose(used[sides][:, 2].min(), 0, atol=1e-3)
+    assert (used[sides][:, 2] > -1e-3).all()
+    # The bottom looks out of the room below: nobody sees it, and vertices take nothing from it.
+    bottom = result.normals[rows[rows >= 0]][:, 2] < -0.5
+    assert bottom.sum() == (4 if domain == "CORNER" else 0)
+
+
+def test_a_mere_post_cuts_off_no_corner():
+    quad("floor", size=4)
+    cube("post", location=(0.4, 0.4, 1), scale=(0.05, 0.05, 1))
+    rows = target_of(read(), "floor").point_rows
+    assert np.allclose(read().centres[rows], original(bpy.data.objects["floor"]), atol=1e-6)
+
+
+@pytest.mark.parametrize("domain", ["CORNER", "POINT"])
+def test_faces_that_touch_cover_each_other(domain):
+    quad("floor", size=4, location=(-2, -2, 0))
+    cube("box", location=(0, 0, 1))
+    result = read(domain=domain)
+    rows = target_of(result, "box").point_rows
+    bottom = np.repeat([face.normal.z < -0.5 for face in bpy.data.objects["box"].data.polygons], 4)
+    if domain == "CORNER":
+        assert result.covered[rows].tolist() == bottom.tolist()
+    else:
+        assert ((rows < 0) == bottom).all()

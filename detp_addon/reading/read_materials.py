@@ -74,7 +74,7 @@ class Materials:
     def evaluate(self, recipe: Recipe, corners: dict[tuple[str, str], np.ndarray], count: int) -> Response:
         """The mean response (count rows) of each triangle, from the recipe's needs at its corners (count, 3, c)."""
         if recipe.fixed is not None:
-            return _repeated(recipe.fixed, count)
+            return _repeated(self._physical(recipe.fixed, recipe.name), count)
         if not recipe.needs:
             return _repeated(self._physical(self._raw(recipe, {}), recipe.name), count)
         parts = []
@@ -134,7 +134,7 @@ def _together(albedo, through, mirror, gloss, clear) -> np.ndarray:
 def _recipe(material) -> Recipe:
     tree = node_tree(material)
     if tree is None:
-        return Recipe(material.name, fixed=Response.of(albedo=np.clip(tuple(material.diffuse_color)[:3], 0.0, 1.0)))
+        return Recipe(material.name, fixed=Response.of(albedo=tuple(material.diffuse_color)[:3]))
     feed = output_feed(tree)
     if feed is None:
         through = 1.0 if output_feed(tree, "Volume") else 0.0

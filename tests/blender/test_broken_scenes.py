@@ -192,3 +192,20 @@ def test_material_indices_that_are_no_whole_numbers_mean_the_first_slot(kind):
         )
     obj.data.attributes.new("material_index", kind, "FACE")
     assert np.allclose(read().scene.albedo, 0.5)
+
+
+def test_a_material_whose_plain_colour_is_not_a_number_is_grey_there():
+    made = bpy.data.materials.new("mad")
+    if bpy.app.version >= (5, 0):
+        made.node_tree.nodes.clear()
+        made.node_tree.links.new(
+            node(made.node_tree, "ShaderNodeBsdfDiffuse", Color=(np.nan, 0.25, 0.5, 1)).outputs[0],
+            node(made.node_tree, "ShaderNodeOutputMaterial").inputs["Surface"],
+        )
+    else:
+        made.use_nodes = False
+        made.diffuse_color = (np.nan, 0.25, 0.5, 1)
+    quad().data.materials.append(made)
+    result = read()
+    assert np.allclose(result.scene.albedo, (0.8, 0.25, 0.5))
+    assert "values that are not numbers count as grey or none in 1 material (mad)" in result.warnings

@@ -46,7 +46,7 @@ def _single(chance: Chance, tree, output):
         if hasattr(socket, "default_value") and chance.likely(0.3):
             size = len(socket.default_value) if hasattr(socket.default_value, "__len__") else 1
             values = chance.numbers(size, 0, chance.one_of(1, 1, 3))
-            put(socket, "default_value", values if size > 1 else values[0])
+            put(socket, "default_value", values[0] if size == 1 else values)
     tree.links.new(node.outputs[0], output.inputs["Surface"])
     return node
 

@@ -75,7 +75,7 @@ def _fill(chance: Chance, tree, node, index: int, sources: list) -> None:
     if hasattr(socket, "default_value") and chance.likely(0.3):
         size = len(socket.default_value) if hasattr(socket.default_value, "__len__") else 1
         values = chance.numbers(size, 0, 1.5)
-        put(socket, "default_value", values if size > 1 else values[0])
+        put(socket, "default_value", values[0] if size == 1 else values)
     if sources and chance.likely(0.9 if socket.type == "SHADER" else 0.35):
         _link(chance, tree, sources, (socket.type == "SHADER") != chance.likely(0.05), node, index)
 

@@ -12,22 +12,16 @@ from .direct_light import DirectLight
 from .discs import TangentDiscs
 from .enclosure import hidden_points
 from .errors import NoMeshError
-from .estimate import Accumulator, Irradiance, IrradianceEstimate
+from .estimate import Irradiance
 from .gatherers.choose import make_gatherer
-from .parallel import ordered_map
+from .photon_light import PHOTONS_PER_GATHER, PhotonLight
 from .radius import check_radius, choose_radius
 from .rays import RayCaster
 from .scene import Scene
-from .segments import Segments
 from .settings import BakeSettings
 from .stopwatch import Stopwatch
 from .tracing import PhotonTracer
 from .visible_area import VisibleDiscs, visible_discs, whole_discs
-
-#: Particles traced at a time, and gathered at a time. Fixed, because the random numbers follow from them:
-#: a seed gives the same light whatever the machine, the gatherer or the number of threads.
-PHOTONS_PER_TRACE = 1 << 15
-PHOTONS_PER_GATHER = 1 << 18
 
 #: What the shadow rays are taken for in the progress, when photons follow.
 SHADOW_SHARE = 0.2
@@ -127,61 +121,30 @@ def bake(
 
     direct, done = Irradiance.dark(len(discs)), 0.0
     if settings.direct_by == "shadow-rays":
-        rest = 1.0 - SHADOW_SHARE if settings.indirect else 0.0
-        light = DirectLight(scene, caster, placed.origins, placed.discs.normals, settings)
-        for share in stopwatch.timed("shadow", light.rounds(0, settings.shadow_rounds)):
-            yield Progress("Casting shadow rays", share * (1.0 - rest))
-        direct, done = light.irradiance, 1.0 - rest
+        done = SHADOW_SHARE if settings.indirect else 1.0
+        rays = DirectLight(scene, caster, placed.origins, placed.discs.normals, settings)
+        for share in stopwatch.timed("shadow", rays.rounds(0, settings.shadow_rounds)):
+            yield Progress("Casting shadow rays", share * done)
+        direct = rays.irradiance
 
-    wanted = {"direct": by_photons, "indirect": settings.indirect}
-    estimates = {kind: IrradianceEstimate.empty(len(discs)) for kind in wanted if wanted[kind]}
-    photons = settings.photon_count if estimates else 0
-    segment_count, cut = 0, np.zeros(3)
-    for first in range(0, photons, PHOTONS_PER_GATHER):
-        particles = min(PHOTONS_PER_GATHER, photons - first)
-        starts = range(first, first + particles, PHOTONS_PER_TRACE)
-        shares = [min(PHOTONS_PER_TRACE, first + particles - start) for start in starts]
-        traces = ordered_map(
-            lambda task: tracer.trace(task[0], _generator(settings.seed, task[1]), task[1]),
-            zip(shares, starts, strict=True),
-        )
-        light = sum((estimate.irradiance for estimate in estimates.values()), direct)
-        yield Progress("Tracing photons", done + (1 - done) * first / photons, light)
-        parts = []
-        for share, start, traced in zip(shares, starts, stopwatch.timed("trace", traces), strict=True):
-            # Each part carries the scene's full power; in its batch it stands for its share of the particles.
-            parts.append(traced.segments.weighted(share / particles))
-            cut += traced.cut_flux * (share / photons)
-            yield Progress("Tracing photons", done + (1 - done) * (start + share) / photons, light)
-        segments = Segments.joined(parts)
-        segment_count += len(segments)
-        fraction = done + (1 - done) * (first + particles) / photons
-        for kind, estimate in estimates.items():
-            of_kind = segments.direct if kind == "direct" else segments.indirect
-            accumulator = Accumulator(placed.discs, of_kind, particles, placed.area)
-            yield Progress("Gathering", fraction, light)
-            for crossings in stopwatch.timed("gather", gatherer.crossings(of_kind)):
-                with stopwatch("gather"):
-                    accumulator.add(crossings)
-                yield Progress("Gathering", fraction, light)
-            estimates[kind] = estimate.merged(accumulator.estimate())
-    direct = estimates["direct"].irradiance if by_photons else direct
-    indirect = estimates["indirect"].irradiance if settings.indirect else Irradiance.dark(len(discs))
+    kinds = [kind for kind, wanted in (("direct", by_photons), ("indirect", settings.indirect)) if wanted]
+    photons = PhotonLight(tracer, gatherer, placed, kinds, settings.seed)
+    light, count = direct, settings.photon_count if kinds else 0
+    while photons.particles < count:
+        first, particles = photons.particles, min(PHOTONS_PER_GATHER, count - photons.particles)
+        for phase, share in photons.batch(particles, stopwatch):
+            yield Progress(phase, done + (1.0 - done) * (first + share * particles) / count, light)
+        light = direct + photons.part("direct") + photons.part("indirect")
     return BakeResult(
-        direct=direct,
-        indirect=indirect,
-        hidden=hidden_points(placed.area, (direct + indirect).value),
+        direct=direct + photons.part("direct"),
+        indirect=photons.part("indirect"),
+        hidden=hidden_points(placed.area, light.value),
         radius=radius,
         gatherer=gatherer.name,
         reason=reason,
-        photons=photons,
-        segments=segment_count,
+        photons=photons.particles,
+        segments=photons.segments,
         seconds=stopwatch.seconds,
         emitted_flux=tracer.emitted_flux,
-        cut_flux=cut,
+        cut_flux=photons.cut_flux,
     )
-
-
-def _generator(seed: int, start: int) -> np.random.Generator:
-    """The random numbers of the particles from ``start`` on; key 0 is the pilot's (see core/radius.py)."""
-    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(1, start)))

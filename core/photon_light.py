@@ -1,0 +1,84 @@
+"""Light by photons: trace a batch, gather the segments that cross each disc, add them up."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from .estimate import Accumulator, Irradiance, IrradianceEstimate
+from .gatherers.gatherer import Gatherer
+from .parallel import ordered_map
+from .segments import Segments
+from .stopwatch import Stopwatch
+from .tracing import PhotonTracer
+from .visible_area import VisibleDiscs
+
+#: Particles traced at a time, and gathered at a time. Fixed, because the random numbers follow from them:
+#: a seed gives the same light whatever the machine, the gatherer or the number of threads.
+PHOTONS_PER_TRACE = 1 << 15
+PHOTONS_PER_GATHER = 1 << 18
+
+
+class PhotonLight:
+    """What photons bring to ``placed`` discs: ``kinds`` of light, "direct", "indirect" or both, batch after batch.
+
+    Attributes: how many ``particles`` were traced so far, and how many of their ``segments`` were gathered.
+    """
+
+    def __init__(self, tracer: PhotonTracer, gatherer: Gatherer, placed: VisibleDiscs, kinds: Sequence[str], seed: int):
+        self._tracer, self._gatherer, self._placed, self._seed = tracer, gatherer, placed, seed
+        self._estimates = {kind: IrradianceEstimate.empty(len(placed.discs)) for kind in kinds}
+        self._cut = np.zeros(3)
+        self.particles = self.segments = 0
+
+    def part(self, kind: str) -> Irradiance:
+        """The irradiance of one kind of light so far; none, for certain, of a kind that is not looked for."""
+        if kind in self._estimates:
+            return self._estimates[kind].irradiance
+        return Irradiance.dark(len(self._placed.discs))
+
+    @property
+    def cut_flux(self) -> np.ndarray:
+        """The (3,) W of the lights' flux that the bounce limit cut off."""
+        return self._cut / max(self.particles, 1)
+
+    def batch(self, particles: int, stopwatch: Stopwatch) -> Iterator[tuple[str, float]]:
+        """Trace so many ``particles`` more and gather their segments; yields what is being done, and the share traced.
+
+        The time counts for the stopwatch's stages "trace" and "gather".
+        """
+        starts = range(self.particles, self.particles + particles, PHOTONS_PER_TRACE)
+        shares = [min(PHOTONS_PER_TRACE, starts.stop - start) for start in starts]
+        traces = ordered_map(
+            lambda task: self._tracer.trace(task[0], self._generator(task[1]), task[1]),
+            zip(shares, starts, strict=True),
+        )
+        yield "Tracing photons", 0.0
+        parts = []
+        for share, start, traced in zip(shares, starts, stopwatch.timed("trace", traces), strict=True):
+            # Each part carries the scene's full power; in its batch it stands for its share of the particles.
+            parts.append(traced.segments.weighted(share / particles))
+            self._cut += traced.cut_flux * share
+            yield "Tracing photons", (start + share - self.particles) / particles
+        segments = Segments.joined(parts)
+        self.segments += len(segments)
+        self.particles += particles
+        for kind in self._estimates:
+            for _ in self._gathered(
+                kind, segments.direct if kind == "direct" else segments.indirect, particles, stopwatch
+            ):
+                yield "Gathering", 1.0
+
+    def _gathered(self, kind: str, segments: Segments, particles: int, stopwatch: Stopwatch) -> Iterator[None]:
+        accumulator = Accumulator(self._placed.discs, segments, particles, self._placed.area)
+        yield
+        for crossings in stopwatch.timed("gather", self._gatherer.crossings(segments)):
+            with stopwatch("gather"):
+                accumulator.add(crossings)
+            yield
+        self._estimates[kind] = self._estimates[kind].merged(accumulator.estimate())
+
+    def _generator(self, start: int) -> np.random.Generator:
+        """The random numbers of the particles from ``start`` on; key 0 is the pilot's (see core/radius.py)."""
+        return np.random.default_rng(np.random.SeedSequence(self._seed, spawn_key=(1, start)))

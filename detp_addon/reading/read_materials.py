@@ -68,7 +68,7 @@ class Materials:
         if output is None:
             return
         for name, sentence in (("Volume", "volumes of {}"), ("Displacement", "displacement of {}")):
-            if output.inputs[name].is_linked:
+            if name in output.inputs and output.inputs[name].is_linked:
                 self._findings.left_out(sentence, "material", material.name)
 
     def evaluate(self, recipe: Recipe, corners: dict[tuple[str, str], np.ndarray], count: int) -> Response:

@@ -38,7 +38,8 @@ def node_tree(owner) -> bpy.types.NodeTree | None:
 def output_feed(tree, name: str = "Surface") -> Feed | None:
     """What feeds the input ``name`` of the output node that Cycles uses, None when nothing does."""
     output = tree.get_output_node("CYCLES")
-    if output is None:
+    # A script can give a material the output node of a lamp, which has no such input.
+    if output is None or name not in output.inputs:
         return None
     feed = feed_of(output.inputs[name], ())
     return feed if feed.node is not None else None

@@ -209,3 +209,14 @@ def test_a_material_whose_plain_colour_is_not_a_number_is_grey_there():
     result = read()
     assert np.allclose(result.scene.albedo, (0.8, 0.25, 0.5))
     assert "values that are not numbers count as grey or none in 1 material (mad)" in result.warnings
+
+
+@pytest.mark.parametrize("kind", ["ShaderNodeOutputWorld", "ShaderNodeOutputLight"])
+def test_a_material_may_have_the_output_of_a_world_or_lamp(kind):
+    made = material(lambda tree: node(tree, "ShaderNodeBsdfDiffuse", Color=(0.5, 0.5, 0.5, 1)), "odd")
+    tree = made.node_tree
+    shader = tree.nodes["Diffuse BSDF"]
+    tree.nodes.remove(next(other for other in tree.nodes if other != shader))
+    tree.links.new(shader.outputs[0], node(tree, kind).inputs["Surface"])
+    quad().data.materials.append(made)
+    assert (read().scene.albedo <= 0.8).all()

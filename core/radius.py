@@ -23,7 +23,7 @@ PILOT_POINTS = 2000
 PILOT_ROUNDS = 2
 
 #: Indirect light alone may have this many times the target error, so that it is smooth where no direct light hides it.
-INDIRECT_ALLOWANCE = 3.0
+INDIRECT_ALLOWANCE = 2.0
 
 #: The automatic radius stays within these shares of the scene's radius: below, rounding would show; above, blur.
 SMALLEST_SHARE = 1e-5

@@ -133,7 +133,7 @@ def disc_index_tests(
     """Disc Indexing: comparisons of segments with the index's nodes, and with discs.
 
     Level k has 2^(D k) nodes of radius r0 2^-k, grown by d; a segment that meets a node is compared with its 2^D
-    children, down to nodes that hold ``leaf`` points: sum over k of 2^(D k) ((r0 2^-k + d) / r0)^2. With d about the
+    children, down to nodes that hold ``leaf`` points: sum over k of 2^(D k) ((r0 2^(1-k) + d) / r0)^2. With d about the
     spacing that is O(n_R n_P^(1/3)) for D = 3 [study] and O(n_R log n_P) for D = 2; with large d the last levels
     dominate with n_R n_P d^2 / r0^2 and the levels above add up to the study's log(r0 / d). An unbalanced index costs
     log n_P more [study]. ``roots`` trees share the points, all over the scene each.
@@ -142,5 +142,9 @@ def disc_index_tests(
     levels = np.arange(np.ceil(np.log2(max(leaves, 2.0)) / problem.dimension) + 1)
     nodes = np.minimum(2.0 ** (problem.dimension * levels), leaves)
     met = problem.segments * share_through(problem.around * 0.5**levels + problem.radius, problem.around)
-    visits = roots * float((nodes * met).sum()) * (1.0 if balanced else np.log2(max(problem.points, 2.0)))
+    visits = (
+        roots
+        * float(problem.segments + (nodes[1:] * met[:-1]).sum())
+        * (1.0 if balanced else np.log2(max(problem.points, 2.0)))
+    )
     return visits, float(problem.points * met[-1])

@@ -44,10 +44,13 @@ def mean_spacing(points: np.ndarray) -> float:
     codes = np.unique(morton_codes(points))
     if len(codes) < 2:
         return 0.0
-    shifts = np.arange(BITS + 1, dtype=np.uint64) * np.uint64(3)
-    cells = np.array([1 + np.count_nonzero(np.diff(codes >> shift)) for shift in shifts])
-    held = len(codes) / cells  # mean number in a cube, which doubles its side from one entry to the next
-    doublings = np.interp(np.log(2.0), np.log(held), np.arange(BITS + 1.0))
+    # Mean number in a cube, which doubles its side from one entry to the next.
+    held, cubes = [1.0], codes
+    while held[-1] < 2.0:
+        cubes = cubes >> np.uint64(3)
+        cubes = cubes[np.diff(cubes, prepend=cubes[:1] + np.uint64(1)) != 0]
+        held.append(len(codes) / len(cubes))
+    doublings = np.interp(np.log(2.0), np.log(held), np.arange(float(len(held))))
     return float(_cube_side(points) * 2.0 ** (doublings - BITS) / 1.3)
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..cost_model import SearchProblem, best_last_radius, best_q, front_share
+from ..cost_model import SearchProblem, best_last_radius, best_q
 from ..discs import TangentDiscs
 from ..errors import InvalidSettingError
 from ..segments import Segments
@@ -15,15 +15,15 @@ from ..space_filling import mean_spacing
 from ..unit_costs import UNIT_COSTS, bare_segments, build_seconds, search_lanes, search_seconds, this_machine
 from .brute_force import BruteForce
 from .counts import Counts
-from .disc_index import DiscIndex, favoured_index
+from .disc_index import DiscIndex
 from .gatherer import Gatherer
-from .grid_cells import best_cell
+from .search_plan import SearchPlan, crossings_per_segment, planned
 from .sphere_cache import SphereCache
 
 #: Segments that a bake may have, when it does not say.
 EXPECTED = 1 << 19
-#: Segments of the pilot that are searched to count.
-PILOT = 2048
+#: Least and most segments of the pilot that are searched to count.
+PILOT = (128, 2048)
 #: Lists of one chunk of segments that the Sphere Cache makes for each disc; 0.04 to 0.15 in the samples.
 LISTS_PER_DISC = 0.1
 #: More discs than this are not left to brute force.
@@ -54,6 +54,42 @@ class Candidate:
         return this_machine().wall_seconds(self.seconds, self.lanes)
 
 
+@dataclass(frozen=True)
+class Task:
+    """What a gatherer is chosen for.
+
+    discs     N >= 1
+    expected  segments to search in all
+    pilot     some of them
+    spacing   of the discs, metres; 0 when all are in one place
+    plan      rough costs
+    """
+
+    discs: TangentDiscs
+    expected: int
+    pilot: Segments
+    spacing: float
+    plan: SearchPlan
+
+    @classmethod
+    def of(cls, discs: TangentDiscs, expected: int, pilot: Segments | None) -> Task:
+        """Look at N >= 1 ``discs`` and some segments, None for such as might be."""
+        pilot = pilot_of(discs, expected, pilot)
+        spacing = mean_spacing(discs.centres)
+        plan = planned(discs, expected, crossings_per_segment(discs, pilot), spacing)
+        return cls(discs, expected, pilot, spacing, plan)
+
+    def size(self) -> str:
+        """The discs' radius in words."""
+        if self.spacing == 0.0:
+            return "all points are in one place"
+        return f"the radius is {float(np.median(self.discs.radii)) / self.spacing:.2g} point spacings"
+
+    def unevenly(self, kind: str) -> str:
+        """Why it is a tree, if that is why."""
+        return ", the points are too unevenly spread for a grid" if self.plan.uneven and kind == "tree" else ""
+
+
 def make_gatherer(
     name: str, discs: TangentDiscs, expected: int = EXPECTED, pilot: Segments | None = None
 ) -> tuple[Gatherer, str]:
@@ -68,27 +104,29 @@ def make_gatherer(
     """
     if name not in GATHERERS:
         raise InvalidSettingError(f"Unknown gatherer '{name}': choose {', '.join(GATHERERS)}.")
-    pilot = pilot_of(discs, pilot)
-    if name == "auto" and len(discs):
-        return _chosen(discs, expected, pilot)
-    kind = {"disc-index": favoured_index(discs), "auto": "grid"}.get(name, name)
-    return made(kind, discs, expected, pilot), f"{_TITLES[kind]}{_uneven(kind)}, as asked for."
+    if len(discs) == 0:
+        return (BruteForce if name == "brute-force" else DiscIndex)(discs), f"{name}: there is nothing to search."
+    if name in ("brute-force", "sphere-cache"):
+        return made(name, discs, expected), f"{_TITLES[name]}, as asked for."
+    task = Task.of(discs, expected, pilot)
+    if name == "auto":
+        return _chosen(task)
+    kind = "tree" if task.plan.uneven else min(("grid", "tree"), key=task.plan.seconds.get)
+    return made(kind, discs, expected, task.plan.cell), f"{_TITLES[kind]}{task.unevenly(kind)}, as asked for."
 
 
-def made(kind: str, discs: TangentDiscs, expected: int, pilot: Segments, spacing: float | None = None) -> Gatherer:
-    """The search of that ``kind``, a key of UNIT_COSTS, with the options that suit ``expected`` segments.
+def made(kind: str, discs: TangentDiscs, expected: int, cell: float | None = None) -> Gatherer:
+    """The search of that ``kind``, a key of UNIT_COSTS, over N >= 1 discs, with options for ``expected`` segments.
 
-    ``spacing`` is the discs' mean_spacing, if it is known already.
+    ``cell`` is the side of a grid's cells, as planned.
     """
-    if len(discs) == 0 or kind == "brute-force":
-        return BruteForce(discs) if kind == "brute-force" else DiscIndex(discs)
+    if kind == "brute-force":
+        return BruteForce(discs)
     if kind == "sphere-cache":
         problem = SearchProblem.of(discs, expected)
         q = best_q(problem.dimension)
         return SphereCache(discs, q, best_last_radius(problem, q), chunk=_sphere_chunk(len(discs)))
-    if kind == "tree":
-        return DiscIndex(discs, "tree")
-    return DiscIndex(discs, "grid", best_cell(discs, expected, _crossings(discs, pilot), spacing))
+    return DiscIndex(discs, kind, cell)
 
 
 def _sphere_chunk(discs: int) -> int:
@@ -100,11 +138,11 @@ def _sphere_chunk(discs: int) -> int:
     return 1 << int(np.clip(np.ceil(np.log2(max(enough, 1.0))), 15, 18))
 
 
-def tried(kind: str, discs: TangentDiscs, expected: int, pilot: Segments, spacing: float | None = None) -> Candidate:
-    """Build a search and predict its time from what it does with the ``pilot``'s segments."""
-    gatherer = made(kind, discs, expected, pilot, spacing)
-    lanes = search_lanes(expected, gatherer.chunk)
-    return Candidate(kind, gatherer, predicted_seconds(kind, gatherer, expected, pilot), lanes)
+def tried(kind: str, task: Task) -> Candidate:
+    """Build a search and predict its time from what it does with the pilot's segments."""
+    gatherer = made(kind, task.discs, task.expected, task.plan.cell)
+    lanes = search_lanes(task.expected, gatherer.chunk)
+    return Candidate(kind, gatherer, predicted_seconds(kind, gatherer, task.expected, task.pilot), lanes)
 
 
 def predicted_seconds(kind: str, gatherer: Gatherer, expected: int, pilot: Segments) -> float:
@@ -119,53 +157,37 @@ def predicted_seconds(kind: str, gatherer: Gatherer, expected: int, pilot: Segme
     return search_seconds(kind, counts.totals(), expected, chunk)
 
 
-def _chosen(discs: TangentDiscs, expected: int, pilot: Segments) -> tuple[Gatherer, str]:
+def _chosen(task: Task) -> tuple[Gatherer, str]:
     """The search of the least predicted time, where trying others pays, and why it is this one."""
-    spacing = mean_spacing(discs.centres)
-    first = favoured_index(discs, spacing)
-    candidates = [tried(first, discs, expected, pilot, spacing)]
+    plan = task.plan.seconds
+    first = "tree" if task.plan.uneven else min(plan, key=plan.get)
+    candidates = [tried(first, task)]
     for kind in UNIT_COSTS:
-        if kind == "brute-force" and len(discs) > FEW:
-            continue
-        if kind != first and build_seconds(kind, len(discs)) <= TRIAL * candidates[0].seconds:
-            candidates.append(tried(kind, discs, expected, pilot, spacing))
+        few = kind != "brute-force" or len(task.discs) <= FEW
+        if few and kind != first and build_seconds(kind, len(task.discs)) <= TRIAL * candidates[0].seconds:
+            candidates.append(tried(kind, task))
     best, *others = sorted(candidates, key=lambda candidate: candidate.seconds)
-    size = "all points are in one place"
-    if spacing > 0.0:
-        size = f"the radius is {float(np.median(discs.radii)) / spacing:.2g} point spacings"
-    against = ", too short to try others"
     if others:
-        against = f" against {_said(others[0].wall_seconds)} with {_TITLES[others[0].kind]}"
-    why = f"{size}{_uneven(best.kind)}, predicted {_said(best.wall_seconds)}{against}"
+        against = f"{_said(others[0].wall_seconds)} with {_TITLES[others[0].kind]}"
+    else:
+        other = min((kind for kind in plan if kind not in (first, "tree")), key=plan.get)
+        roughly = this_machine().wall_seconds(plan[other], best.lanes)
+        against = f"roughly {_said(roughly)} with {_TITLES[other]}"
+    why = f"{task.size()}{task.unevenly(best.kind)}, predicted {_said(best.wall_seconds)} against {against}"
     return best.gatherer, f"{_TITLES[best.kind]}: {why}."
-
-
-def _uneven(kind: str) -> str:
-    return ", the points are too unevenly spread for a grid" if kind == "tree" else ""
 
 
 def _said(seconds: float) -> str:
     return f"{seconds:.1f} s" if seconds >= 0.95 else f"{seconds:.1g} s"
 
 
-def pilot_of(discs: TangentDiscs, pilot: Segments | None) -> Segments:
-    """Up to PILOT of the segments, evenly from all; without any, ways between the discs' centres."""
+def pilot_of(discs: TangentDiscs, expected: int, pilot: Segments | None) -> Segments:
+    """A hundredth of the ``expected`` segments, but 128 to 2048, evenly from the ``pilot``.
+
+    Without any, ways between the discs' centres, as light would go in a convex room.
+    """
+    count = int(np.clip(expected // 100, *PILOT))
     if pilot is None or len(pilot) == 0:
-        return _ways_between(discs)
-    return pilot.taken(np.linspace(0, len(pilot) - 1, min(PILOT, len(pilot))).astype(np.int64))
-
-
-def _ways_between(discs: TangentDiscs) -> Segments:
-    """Straight ways between discs, as light would go in a convex room."""
-    generator = np.random.default_rng(0)
-    rows = generator.integers(0, max(1, len(discs)), (2, PILOT if len(discs) else 0))
-    return bare_segments(discs.centres[rows[0]], discs.centres[rows[1]])
-
-
-def _crossings(discs: TangentDiscs, pilot: Segments) -> float:
-    """Expected crossings of a segment by the uniform theory, for segments as long as the ``pilot``'s."""
-    problem = SearchProblem.of(discs, len(pilot))
-    length = float(np.linalg.norm(pilot.ends - pilot.origins, axis=1).mean())
-    # A uniform line has 4/3 r0 of its length in the sphere on average.
-    share = min(1.0, length / (4.0 / 3.0 * problem.around))
-    return problem.points * float(front_share(problem.radius, problem.around)) * share
+        rows = np.random.default_rng(0).integers(0, len(discs), (2, count))
+        return bare_segments(discs.centres[rows[0]], discs.centres[rows[1]])
+    return pilot.taken(np.linspace(0, len(pilot) - 1, min(count, len(pilot))).astype(np.int64))

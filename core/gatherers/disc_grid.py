@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -82,15 +82,24 @@ def wanted_cell(discs: TangentDiscs, spacing: float | None = None) -> float:
 
 def fitting_cell(discs: TangentDiscs, wanted: float) -> float:
     """The side of cells in metres from ``wanted`` up that keeps the grid within its bounds."""
+    return grid_bounds(discs)(wanted)
+
+
+def grid_bounds(discs: TangentDiscs) -> Callable[[float], float]:
+    """:func:`fitting_cell` for several wanted sides of the same ``discs``."""
     extent = extents(discs)
     size = (discs.centres + extent).max(axis=0) - (discs.centres - extent).min(axis=0)
-    cell = max(wanted, float(size.max()) / (CELLS_PER_AXIS - 3))
     # The sum over the discs of (2 x / c + 1.5)(2 y / c + 1.5)(2 z / c + 1.5), as a polynomial in 1 / c.
     x, y, z = 2.0 * extent.T
     powers = [3.375 * len(discs), 2.25 * (x + y + z).sum(), 1.5 * (x * y + y * z + z * x).sum(), (x * y * z).sum()]
-    while np.prod(size / cell + 2.5) > CELLS or np.polyval(powers[::-1], 1.0 / cell) > ENTRIES:
-        cell *= 1.1
-    return cell
+
+    def fitting(wanted: float) -> float:
+        cell = max(wanted, float(size.max()) / (CELLS_PER_AXIS - 3))
+        while np.prod(size / cell + 2.5) > CELLS or np.polyval(powers[::-1], 1.0 / cell) > ENTRIES:
+            cell *= 1.1
+        return cell
+
+    return fitting
 
 
 def _sorted_entries(frame, discs, extent, shape) -> tuple[np.ndarray, np.ndarray]:

@@ -71,9 +71,9 @@ class DiscIndex:
             yield Crossings(rows.start + some.segment.take(stretch), self._order.take(some.disc.take(found)))
 
 
-def favoured_index(discs: TangentDiscs, spacing: float | None = None) -> str:
-    """The kind of index that measured faster for such discs, with that mean ``spacing`` if it is known."""
+def favoured_index(discs: TangentDiscs) -> str:
+    """The kind of index that measured faster for such discs and very many segments."""
     if len(discs) == 0:
         return "grid"
-    wanted = wanted_cell(discs, spacing)
+    wanted = wanted_cell(discs)
     return "grid" if fitting_cell(discs, wanted) < COARSE * wanted else "tree"

@@ -10,14 +10,19 @@ from ..unit_costs import bare_segments
 
 #: where points may lie, and the dimension that makes for the theory
 KINDS = {"volume": 3.0, "surface": 2.0}
+#: how far lines go on behind the unit ball
+BEYOND = 0.3
 
 
 def uniform_lines(count: int, generator: np.random.Generator) -> Segments:
-    """Chords of the unit ball: uniform directions, uniform over the disc that the ball shows to each."""
+    """Lines through the unit ball: uniform directions, uniform over the disc that the ball shows to each.
+
+    They end BEYOND the ball's surface, or discs tangent to it would not be crossed.
+    """
     direction = unit(generator.normal(size=(count, 3)))
     side = unit(np.cross(direction, generator.normal(size=(count, 3))))
     away = np.sqrt(generator.random(count))
-    half = np.sqrt(1.0 - away**2)[:, None] * direction
+    half = (np.sqrt(1.0 - away**2) + BEYOND)[:, None] * direction
     middle = away[:, None] * side
     return bare_segments(middle - half, middle + half)
 

@@ -10,10 +10,9 @@ from ..cost_model import SearchProblem, disc_index_tests, sphere_cache_tests
 from ..discs import TangentDiscs
 from ..gatherers.disc_index import DiscIndex
 from ..gatherers.disc_tree import LEAF, DiscTree
-from ..gatherers.gatherer import Gatherer
 from ..gatherers.sphere_cache import SphereCache
 from .fields import KINDS, spacing, uniform_discs, uniform_lines
-from .measure import counted, growth, searched, timed
+from .measure import counted_and_timed, growth
 
 LARGE = 0.2  # of the ball's radius, for large discs
 
@@ -54,9 +53,7 @@ def growth_rows(sizes: tuple[int, ...], lines: tuple[int, ...], repeats: int) ->
 
 
 def _measured(make, discs: TangentDiscs, segments, repeats: int) -> dict:
-    gatherer: Gatherer = make(discs)
-    counts = counted(gatherer, segments)
-    time = timed(lambda: searched(gatherer, segments), repeats)
+    counts, time = counted_and_timed(make(discs), segments, repeats)
     return {"work": counts["work"], "crossings": counts["crossings"], "seconds": time.processor}
 
 

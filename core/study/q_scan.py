@@ -7,7 +7,7 @@ import numpy as np
 from ..cost_model import SearchProblem, sphere_cache_tests
 from ..gatherers.sphere_cache import SphereCache
 from .fields import KINDS, spacing, uniform_discs, uniform_lines
-from .measure import counted, lowest, searched, timed
+from .measure import counted, counted_and_timed, lowest
 
 SLACK = 1.5  # the last sphere's radius over a disc's, while Q varies
 
@@ -26,11 +26,10 @@ def q_rows(
     problem = SearchProblem.of(discs, lines, KINDS[kind])
     last = SLACK * problem.radius
     rows = []
-    for steps in _steps(problem.around / last, least, most):
+    for steps in _steps(problem.around / last, least, most, few=not sort):
         q = (last / problem.around) ** (1.0 / steps)
         search = SphereCache(discs, q, last * (1.0 - 1e-9), sort, short=0)
-        counts = counted(search, segments)
-        time = timed(lambda search=search: searched(search, segments), repeats)
+        counts, time = counted_and_timed(search, segments, repeats)
         theory = sphere_cache_tests(problem, q, last * (1.0 - 1e-9))
         rows.append({
             "points": kind, "n_P": points, "n_R": lines, "sorted": sort, "Q": q, "spheres": counts["lists"],
@@ -40,10 +39,11 @@ def q_rows(
     return rows
 
 
-def _steps(ratio: float, least: float, most: float) -> list[int]:
+def _steps(ratio: float, least: float, most: float, few: bool) -> list[int]:
     """Numbers of steps from the first sphere to the last, for Q from ``least`` to ``most``, denser in the middle."""
-    wanted = [*np.arange(least, 0.5, 0.1), *np.arange(0.5, 0.8, 0.025), 0.8, 0.85, 0.9, 0.95]
-    return sorted({max(1, round(np.log(ratio) / -np.log(q))) for q in wanted if q <= most})
+    middle = (0.6, 0.7) if few else np.arange(0.5, 0.8, 0.025)
+    wanted = [q for q in (*np.arange(least, 0.5, 0.1), *middle, 0.8, 0.85, 0.9, 0.95) if q <= most]
+    return sorted({max(1, round(np.log(ratio) / -np.log(q))) for q in wanted})
 
 
 def slack_rows(kind: str, points: int, lines: int) -> list[dict]:

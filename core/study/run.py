@@ -33,8 +33,8 @@ class Extent:
 
 
 QUICK = Extent(
-    q_points=6000, q_lines=4000, growth_points=(1000, 3000, 10_000, 30_000), growth_lines=(500, 1000, 2000),
-    spacings=(0.25, 1.0, 4.0, 12.0), scan_segments=40_000, choice_segments=1 << 17, choice_radii=(1.0,),
+    q_points=4000, q_lines=2000, growth_points=(1000, 3000, 10_000, 30_000), growth_lines=(500, 1000, 2000),
+    spacings=(0.25, 1.0, 4.0, 12.0), scan_segments=50_000, choice_segments=1 << 17, choice_radii=(1.0,),
     crofton_lines=200_000, repeats=2,
 )  # fmt: skip
 
@@ -86,10 +86,11 @@ def run(
 def _q_tables(extent: Extent) -> tuple[list[dict], list[dict]]:
     rows, slack = [], []
     for kind in KINDS:
-        rows += q_scan.q_rows(kind, extent.q_points, extent.q_lines, extent.repeats)
+        rows += q_scan.q_rows(kind, extent.q_points, extent.q_lines, extent.repeats - 1)
         # Unsorted walks need many times the tests, so fewer segments and points show it.
-        rows += q_scan.q_rows(kind, extent.q_points // 4, extent.q_lines // 8, 1, sort=False, least=0.4)
-        slack += q_scan.slack_rows(kind, extent.q_points, extent.q_lines // 4)
+        few = (extent.q_points // 4, extent.q_lines // 8)
+        rows += q_scan.q_rows(kind, *few, repeats=1, sort=False, least=0.45, most=0.8)
+        slack += q_scan.slack_rows(kind, extent.q_points, extent.q_lines // 2)
     return rows, slack
 
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from ..discs import TangentDiscs
-from ..gatherers.choose import made, make_gatherer, pilot_of, predicted_seconds
+from ..gatherers.choose import Task, made, make_gatherer, predicted_seconds
+from ..gatherers.gatherer import Gatherer
 from ..segments import Segments
 from ..unit_costs import search_lanes, this_machine
-from .measure import counted, crossing, searched, timed
+from .measure import counted_and_timed, crossing, searched, timed
 from .scene import StudyScene
 
 #: The kinds that the study compares; brute force is out of the question for scenes of its size.
@@ -17,18 +18,18 @@ def scene_rows(scene: StudyScene, radius: float, segments: int, repeats: int) ->
     """One row for each of SEARCHES, and one for auto, for so many segments and discs of ``radius`` metres."""
     discs, some = scene.discs(radius), scene.some(segments)
     case = {"scene": scene.name, "n_P": len(discs), "n_R": len(some), "d": radius, "d/spacing": radius / scene.spacing}
-    rows = [case | _measured(kind, discs, some, repeats) for kind in SEARCHES]
+    task = Task.of(discs, len(some), some)
+    rows = [case | _measured(kind, task, some, repeats) for kind in SEARCHES]
     return [*rows, case | _automatic(rows, discs, some, repeats)]
 
 
-def _measured(kind: str, discs: TangentDiscs, segments: Segments, repeats: int) -> dict:
+def _measured(kind: str, task: Task, segments: Segments, repeats: int) -> dict:
     """A search built with the options that auto would give it."""
-    pilot, built = pilot_of(discs, segments), []
-    building = timed(lambda: built.append(made(kind, discs, len(segments), pilot)), repeats)
+    built: list[Gatherer] = []
+    building = timed(lambda: built.append(made(kind, task.discs, task.expected, task.plan.cell)), repeats)
     gatherer = built[-1]
-    searching = timed(lambda: searched(gatherer, segments), repeats)
-    predicted, machine = predicted_seconds(kind, gatherer, len(segments), pilot), this_machine()
-    counts = counted(gatherer, segments)
+    counts, searching = counted_and_timed(gatherer, segments, repeats)
+    predicted, machine = predicted_seconds(kind, gatherer, task.expected, task.pilot), this_machine()
     return {
         "search": kind, "build": building.wall, "seconds": searching.wall, "processor": searching.processor,
         "predicted": machine.wall_seconds(predicted, search_lanes(len(segments), gatherer.chunk)),

@@ -1,0 +1,83 @@
+"""Rough costs of the searches, known before anything is built, and how large a grid's cells should be."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..discs import TangentDiscs
+from ..segments import Segments
+from .disc_grid import grid_bounds, wanted_cell
+from .disc_index import COARSE, DiscIndex
+
+#: Cells considered, over those that are searched fastest.
+FACTORS = (1.0, 1.25, 1.6, 2.0, 2.5)
+#: Discs and segments among which crossings are counted for :func:`crossings_per_segment`.
+DISCS, SEGMENTS = 2000, 512
+# Reference nanoseconds for each disc to build a search, and for each place of a disc in a cell, and each cell.
+_DISC, _ENTRY, _CELL = {"grid": 950.0, "tree": 2200.0, "sphere-cache": 3500.0}, 100.0, 88.0
+# For the way of a segment to the discs: through 5 cells, 130 nodes or 100 spheres in most samples.
+_WAY = {"grid": 750.0, "tree": 4000.0, "sphere-cache": 4000.0}
+# For a ball, an exact test and a crossing, as in unit_costs.py.
+_BALL, _TEST, _CROSSING = 18.0, 42.0, 200.0
+
+
+@dataclass(frozen=True)
+class SearchPlan:
+    """Rough costs of all kinds of search.
+
+    seconds  reference seconds of one processor to build and search, by kind
+    cell     side of a grid's cells, metres
+    uneven   whether the discs are too unevenly spread for a grid, whatever its cells
+    """
+
+    seconds: dict[str, float]
+    cell: float
+    uneven: bool
+
+
+def planned(discs: TangentDiscs, segments: int, crossings: float, spacing: float | None = None) -> SearchPlan:
+    """What building and searching ``segments`` will take, to a factor of two, and the cells for which it is least.
+
+    discs      N >= 1
+    crossings  expected of one segment
+    spacing    their mean_spacing, if it is known already
+
+    With y = cell / d a disc lies in about 1.2 + 4/y + 4.5/y^2 cells, and for each crossing 3 (1 + 0.9 y)^2 balls and
+    4 (1 + 0.2 y)^2 discs are tested, because a disc is met again in each of its cells; in the tree 3.5 and 2, by the
+    Sphere Cache 14 and 9. Measured on the samples, to 20 % for the grid where the radius is larger than the spacing.
+    """
+    fitting, ideal = grid_bounds(discs), wanted_cell(discs, spacing)
+    wanted = fitting(ideal)
+    radius = float(np.median(discs.radii))
+    size = np.ptp(discs.centres, axis=0) + 2.0 * radius
+
+    def cost(kind: str, balls: float, tests: float) -> float:
+        each = _WAY[kind] + crossings * (balls * _BALL + tests * _TEST + _CROSSING)
+        return _DISC[kind] * len(discs) + segments * each
+
+    def grid(factor: float) -> float:
+        y = factor * wanted / radius
+        cells = np.prod(size / (factor * wanted) + 2.0)
+        building = _CELL * cells + _ENTRY * len(discs) * (1.2 + 4.0 / y + 4.5 / y**2)
+        return building + cost("grid", 3.0 * (1.0 + 0.9 * y) ** 2, 4.0 * (1.0 + 0.2 * y) ** 2)
+
+    factor = min(FACTORS, key=grid)
+    nanoseconds = {
+        "grid": grid(factor),
+        "tree": cost("tree", 3.5, 2.0),
+        "sphere-cache": cost("sphere-cache", 14.0, 9.0),
+    }
+    seconds = {kind: 1e-9 * float(value) for kind, value in nanoseconds.items()}
+    return SearchPlan(seconds, fitting(factor * wanted), wanted >= COARSE * ideal)
+
+
+def crossings_per_segment(discs: TangentDiscs, pilot: Segments) -> float:
+    """How many of ``discs`` a segment like the ``pilot``'s crosses, from a sample of both."""
+    if len(discs) == 0 or len(pilot) == 0:
+        return 0.0
+    pilot = pilot.taken(slice(0, SEGMENTS))
+    rows = np.random.default_rng(0).integers(0, len(discs), min(DISCS, len(discs)))
+    found = sum(len(crossings) for crossings in DiscIndex(discs.taken(rows), "tree").crossings(pilot))
+    return found / len(pilot) * len(discs) / len(rows)

@@ -23,6 +23,9 @@ from .stopwatch import Stopwatch
 from .tracing import PhotonTracer
 from .visible_area import VisibleDiscs, visible_discs, whole_discs
 
+#: Particles whose segments tell which gatherer is the fastest.
+PILOT_PHOTONS = 1 << 11
+
 #: What the shadow rays are taken for in the progress, when photons follow.
 SHADOW_SHARE = 0.2
 
@@ -116,8 +119,6 @@ def bake(
         parts.append(part)
         yield Progress("Placing the discs", 0.0)
     placed = VisibleDiscs.joined(parts)
-    with stopwatch("gather"):
-        gatherer, reason = make_gatherer(settings.gatherer, placed.discs)
 
     direct, done = Irradiance.dark(len(discs)), 0.0
     if settings.direct_by == "shadow-rays":
@@ -128,8 +129,13 @@ def bake(
         direct = rays.irradiance
 
     kinds = [kind for kind, wanted in (("direct", by_photons), ("indirect", settings.indirect)) if wanted]
-    photons = PhotonLight(tracer, gatherer, placed, kinds, settings.seed)
     light, count = direct, settings.photon_count if kinds else 0
+    with stopwatch("gather"):
+        pilot = tracer.trace(PILOT_PHOTONS, np.random.default_rng(settings.seed)).segments
+        expected = max(1, count * len(pilot) // PILOT_PHOTONS)
+        searched = placed.discs if kinds else placed.discs.taken(slice(0))
+        gatherer, reason = make_gatherer(settings.gatherer, searched, expected, pilot)
+    photons = PhotonLight(tracer, gatherer, placed, kinds, settings.seed)
     while photons.particles < count:
         first, particles = photons.particles, min(PHOTONS_PER_GATHER, count - photons.particles)
         for phase, share in photons.batch(particles, stopwatch):

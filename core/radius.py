@@ -65,7 +65,7 @@ def choose_radius(
     tracer = PhotonTracer(scene, caster, scene.bounds.expanded(pilot_radius), bounces, by_photons)
     segments = tracer.trace(PILOT_PHOTONS, generator).segments
     accumulator = Accumulator(placed.discs, segments, PILOT_PHOTONS, placed.area)
-    gatherer, _ = make_gatherer("auto", placed.discs)
+    gatherer, _ = make_gatherer("disc-index", placed.discs, len(segments), segments)
     for crossings in gatherer.crossings(segments):
         accumulator.add(crossings)
     light = accumulator.estimate().irradiance

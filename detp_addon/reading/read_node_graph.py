@@ -51,13 +51,18 @@ def find_input(node, identifier: str):
 
 
 def feed_of(socket, groups: tuple[bpy.types.Node, ...]) -> Feed:
-    """What feeds the input ``socket`` of a node inside ``groups``."""
+    """What feeds the input ``socket`` of a node inside ``groups``; a ring of links that lead nowhere feeds nothing."""
+    passed = set()
     while True:
+        feed = Feed(socket, None, groups)
+        if feed.key in passed:
+            return feed
+        passed.add(feed.key)
         # Asking a socket for its links takes as long as the tree has links.
         links = socket.links if socket.is_linked else ()
         link = next((link for link in links if link.is_valid and not link.is_muted), None)
         if link is None:
-            return Feed(socket, None, groups)
+            return feed
         node, source = link.from_node, link.from_socket
         if node.bl_idname == "NodeReroute":
             socket = node.inputs[0]

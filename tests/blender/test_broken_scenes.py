@@ -220,3 +220,16 @@ def test_a_material_may_have_the_output_of_a_world_or_lamp(kind):
     tree.links.new(shader.outputs[0], node(tree, kind).inputs["Surface"])
     quad().data.materials.append(made)
     assert (read().scene.albedo <= 0.8).all()
+
+
+@pytest.mark.parametrize("length", [1, 3])
+def test_rings_of_reroutes_feed_nothing(length):
+    def ring(tree):
+        bends = [tree.nodes.new("NodeReroute") for _ in range(length)]
+        for bend, following in zip(bends, bends[1:] + bends[:1], strict=True):
+            tree.links.new(bend.outputs[0], following.inputs[0])
+        shader = node(tree, "ShaderNodeBsdfDiffuse")
+        tree.links.new(bends[0].outputs[0], shader.inputs["Color"])
+        return node(tree, "ShaderNodeAddShader", Shader=shader.outputs[0], Shader_001=bends[0].outputs[0])
+
+    assert (albedo_of(ring) <= 1.0).all()

@@ -28,8 +28,8 @@ from fuzz.fingerprint import baked_objects, broken_promises, fingerprint, values
 from fuzz.scenes import make_scene
 from fuzz.wishes import attribute_name, request_values, settings_values
 
-#: the longest sentence that is still one clear sentence
-LONGEST_SENTENCE = 600
+#: the longest that a clear sentence may be; some name three objects, whose names have sixty letters here
+LONGEST_SENTENCE = 1000
 
 
 @dataclass

@@ -27,13 +27,14 @@ def trials(seeds: Sequence[int], limit: float) -> Iterator[dict]:
 
     A child that crashes, or takes longer than ``limit`` seconds for one scene, gives the verdict "crashed" or "hung"
     with the phase it was in and the Python stack there, and the next child goes on behind that seed. When Blender
-    does the same on that scene without the bake, the verdict is "blender".
+    does the same on that scene before or without the bake, the verdict is "blender".
     """
     left = list(seeds)
     while left:
         for outcome in _from_child(left[:SCENES_PER_CHILD], limit):
-            if outcome["verdict"] in ("crashed", "hung") and _blender_fails_alone(outcome["seed"], limit):
-                outcome["verdict"] = "blender"
+            if outcome["verdict"] in ("crashed", "hung"):
+                if outcome["way"] == "making" or _blender_fails_alone(outcome["seed"], limit):
+                    outcome["verdict"] = "blender"
             yield outcome
             left.pop(0)
 

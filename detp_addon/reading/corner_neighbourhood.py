@@ -14,7 +14,7 @@ from .read_meshes import MeshSurface
 from .triangle_geometry import cross, dots, safe_unit
 
 #: how far from its vertex a corner looks around, as a share of the way to the middle of its triangles
-_ASIDE = 0.01
+_ASIDE = 0.002
 
 #: the least of it, and the most distance of surfaces that touch, in tolerances of the rays
 _LEAST = 32
@@ -95,18 +95,21 @@ class Neighbourhood:
         result[rows] = against & (dots(self._facing[met], normals) < -0.5)
         return result
 
-    def apart(self, rows: np.ndarray) -> np.ndarray:
-        """Those of the corners ``rows`` from which a surface hides the next one with the same point."""
+    def apart(self, rows: np.ndarray, way: np.ndarray) -> np.ndarray:
+        """Those of the corners ``rows`` from which a surface hides the next one with the same point.
+
+        They look from where they were moved to by the ``way`` (C, 3) m.
+        """
         rows = rows[np.argsort(self._corners.rows[rows], kind="stable")]
         starts = np.flatnonzero(np.diff(self._corners.rows[rows], prepend=-1))
         following = np.arange(1, len(rows) + 1)
         following[np.append(starts[1:], len(rows))[: len(starts)] - 1] = starts
         several = np.flatnonzero(following != np.arange(len(rows)))
         normals, aside, steps = self._aside(rows)
-        lifted = aside + steps[:, None] * normals
-        way = lifted[following[several]] - lifted[several]
-        directions, moves = safe_unit(way)
-        hidden = self._caster.occluded(lifted[several], directions, np.sqrt(dots(way, way))) & moves
+        lifted = aside + way[rows] + steps[:, None] * normals
+        across = lifted[following[several]] - lifted[several]
+        directions, moves = safe_unit(across)
+        hidden = self._caster.occluded(lifted[several], directions, np.sqrt(dots(across, across))) & moves
         return rows[several[hidden]]
 
     def behind(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

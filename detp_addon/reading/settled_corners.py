@@ -2,7 +2,7 @@
 
 Corners of one vertex and one normal share a point, as long as they see each other from just inside their faces. Where a
 wall stands between them each gets a point of its own. A corner that lies behind another surface, while most of its face
-lies in front of it, is moved to where the free part of the face ends: its own light would be that of another room.
+lies in front of it, is moved to where the free part of the face begins: its own light would be that of another room.
 """
 
 from __future__ import annotations
@@ -47,25 +47,32 @@ def settled_points(points: list[CornerPoints], surfaces: list[MeshSurface], scen
     """
     corners = Corners.joined(points, surfaces)
     rows, centres, inward = corners.rows.copy(), corners.centres[corners.rows], corners.inward
-    covered, alone = np.zeros((2, len(rows)), bool)
+    covered, alone, moved = np.zeros((3, len(rows)), bool)
+    behind = np.zeros(len(rows))
     opaque = (scene.transmittance == 0).all(axis=1)
     if opaque.any():
         around = Neighbourhood(corners, scene.corners[opaque])
         (behind, way, facing), covered = around.behind(), around.covered()
+        alone = _shares(corners.rows, around.apart(np.flatnonzero(rows >= 0), np.zeros_like(way)))
+        # As long as one face around a vertex sees it, the others keep to it, too: no seam shall run between them.
+        behind[~alone & _shares(corners.rows, np.flatnonzero((rows >= 0) & (behind == 0)))] = 0.0
         moved = (behind > 0) & (behind < MOST_BEHIND)
-        centres = centres + moved[:, None] * way
+        way[~moved] = 0.0
+        alone |= moved & _shares(corners.rows, around.apart(np.flatnonzero(moved), way))
         # On, away from what the corner lay behind, too.
         length = np.sqrt(dots(inward, inward))[:, None]
-        inward = np.where(moved[:, None], 0.5 * (inward + length * facing), inward)
+        centres, inward = centres + way, np.where(moved[:, None], 0.5 * (inward + length * facing), inward)
         if domain == "POINT":
             # Half of its faces see the vertex behind something: the others shall not light it for them.
             sides = np.bincount(corners.vertices, np.where(moved, 1, -1))
             rows[(sides[corners.vertices] >= 0) & ~moved] = -1
             rows[covered & _shares(corners.vertices, np.flatnonzero(~covered & (rows >= 0)))] = -1
-        alone = moved | _shares(corners.rows, around.apart(np.flatnonzero((rows >= 0) & ~moved)))
         covered = (covered | (behind > 0)) & ~moved
     used = np.flatnonzero(rows >= 0)
-    key = np.where(alone, 2 * len(corners.centres) + np.arange(len(rows)), 2 * rows + covered)[used]
+    # Corners that were moved share the point of the one that was moved least.
+    used = used[np.argsort(np.where(moved, behind, 0.0)[used], kind="stable")]
+    shared = 3 * rows + np.where(moved, 2, covered)
+    key = np.where(alone, 3 * len(corners.centres) + np.arange(len(rows)), shared)[used]
     _, first, rows[used] = np.unique(key, return_index=True, return_inverse=True)
     first, inward = used[first], means(inward[used], rows[used], len(first), corners.angles[used])
     ends = np.cumsum([len(part.rows) for part in points], dtype=np.int64)

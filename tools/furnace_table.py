@@ -111,9 +111,13 @@ def percent(share: float, digits: int) -> str:
 def row(name: str, domain: str, enclosure: Furnace, radius: float | None, photons: int) -> str:
     """One line of the table."""
     plain, visible = (baked(enclosure, estimator, radius, photons) for estimator in ("plain", "visible"))
-    noiseless = limit(enclosure, placed_discs(enclosure, visible.radius), LIMIT_RAYS, np.random.default_rng(1))
-    readings = [elements(enclosure, visible.hidden, *measured(result)) for result in (plain, visible)]
-    readings.append(elements(enclosure, visible.hidden, noiseless, np.zeros(len(noiseless))))
+    placed = placed_discs(enclosure, visible.radius)
+    noiseless = limit(enclosure, placed, LIMIT_RAYS, np.random.default_rng(1))
+    readings = [
+        elements(enclosure, visible.hidden, plain.irradiance[:, 0], errors(visible, placed.area.areas, plain.radius)),
+        elements(enclosure, visible.hidden, visible.irradiance[:, 0], errors(visible, placed.area.areas)),
+        elements(enclosure, visible.hidden, noiseless, np.zeros(len(noiseless))),
+    ]
     cells = [name, domain.lower(), f"{visible.radius:.3g}" + "*" * (radius is None)]
     cells += [str(len(readings[0].values)), str(readings[0].filled)]
     for reading in readings:
@@ -132,18 +136,28 @@ def baked(enclosure: Furnace, estimator: str, radius: float | None, photons: int
             return end.value
 
 
-def measured(result: BakeResult) -> tuple[np.ndarray, np.ndarray]:
-    return result.irradiance[:, 0], result.standard_error[:, 0]
+def errors(visible: BakeResult, areas: np.ndarray, whole: float | None = None) -> np.ndarray:
+    """Standard error (N,) that readings of one have over the seen ``areas`` (N,) m^2, or over discs as a ``whole`` of
+    this radius.
+
+    Counted crossings follow the area, so the typical error tells that of a disc that hardly any particle crosses, whose
+    own estimate of it is worth nothing.
+    """
+    typical = np.median(visible.standard_error[:, 0] * np.sqrt(areas))
+    return typical / np.sqrt(areas if whole is None else np.full(len(areas), np.pi * whole**2))
 
 
-def elements(enclosure: Furnace, hidden: np.ndarray, values: np.ndarray, errors: np.ndarray) -> Readings:
-    """What the elements of all meshes read when their points read ``values`` (N,) and ``hidden`` (N,) ones nothing."""
+def elements(enclosure: Furnace, hidden: np.ndarray, values: np.ndarray, noise: np.ndarray) -> Readings:
+    """What the elements of all meshes read when their points read ``values`` (N,) and ``hidden`` (N,) ones nothing.
+
+    ``noise`` (N,) is the values' standard error.
+    """
     hidden = hidden | (enclosure.exported.covered & unlit(np.repeat(values[:, None], 3, axis=1)))
     read, filled = [np.zeros((0, 2))], 0
     for target in enclosure.exported.targets:
         faces = faces_of(bpy.data.objects[target.object_name].data, target.domain)
         rows = np.where((target.point_rows >= 0) & ~hidden[target.point_rows], target.point_rows, -1)
-        colours = spread(np.stack([values, errors, np.zeros(len(values))], axis=1), rows, faces)
+        colours = spread(np.stack([values, noise, np.zeros(len(values))], axis=1), rows, faces)
         own = np.zeros(len(colours), bool)
         own[faces.corner_vertex[rows >= 0] if faces.by_vertex else np.flatnonzero(rows >= 0)] = True
         read.append(colours[own, :2])

@@ -6,7 +6,7 @@ import pytest
 pytest.importorskip("bpy")
 
 from enclosures import ENCLOSURES, furnace
-from furnace_table import ALLOWED, baked, elements, limit, measured, placed_discs
+from furnace_table import ALLOWED, baked, elements, errors, limit, placed_discs
 
 RAYS = 200
 
@@ -36,12 +36,15 @@ def test_without_noise_every_element_reads_one(name, domain):
 def test_a_bake_reads_one_within_its_noise(name, domain):
     enclosure = furnace(ENCLOSURES[name], domain)
     result = baked(enclosure, "visible", 0.1, 200_000)
-    reading = elements(enclosure, result.hidden, *measured(result))
+    noise = errors(result, placed_discs(enclosure, 0.1).area.areas)
+    reading = elements(enclosure, result.hidden, result.irradiance[:, 0], noise)
     assert reading.values.mean() == pytest.approx(1, abs=ALLOWED)
+    # A few of hundreds of elements lie beyond three standard errors, and none beyond five.
+    assert reading.wrong < 0.01
     assert (np.abs(reading.values - 1) < ALLOWED + 5 * reading.errors).all()
 
 
 def test_the_plain_estimator_is_dark_where_faces_meet():
     enclosure = furnace(ENCLOSURES["closed box"], "CORNER")
     result = baked(enclosure, "plain", 0.1, 100_000)
-    assert elements(enclosure, result.hidden, *measured(result)).wrong > 0.3
+    assert elements(enclosure, result.hidden, result.irradiance[:, 0], result.standard_error[:, 0]).wrong > 0.3

@@ -32,6 +32,9 @@ def trials(seeds: Sequence[int], limit: float) -> Iterator[dict]:
     left = list(seeds)
     while left:
         for outcome in _from_child(left[:SCENES_PER_CHILD], limit):
+            if outcome["verdict"] in ("crashed", "hung") and outcome["way"] == "making":
+                # Blender may have failed on what the scene before left to be done: a fresh child tells.
+                (outcome,) = _from_child([outcome["seed"]], limit)
             if outcome["verdict"] in ("crashed", "hung"):
                 if outcome["way"] == "making" or _blender_fails_alone(outcome["seed"], limit):
                     outcome["verdict"] = "blender"

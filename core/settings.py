@@ -9,9 +9,9 @@ from .errors import InvalidSettingError
 
 #: quality -> (photons, relative standard error that the automatic radius aims at, rounds of shadow rays)
 QUALITIES = {
-    "draft": (1 << 18, 0.10, 8),
-    "preview": (1 << 21, 0.05, 16),
-    "final": (1 << 24, 0.025, 32),
+    "draft": (1 << 18, 0.12, 8),
+    "preview": (1 << 21, 0.06, 16),
+    "final": (1 << 24, 0.04, 32),
 }
 
 #: names of the gatherers a user may ask for

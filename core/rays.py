@@ -90,4 +90,4 @@ class RayCaster:
         return triangle, first + u * (corners[:, 1] - first) + v * (corners[:, 2] - first)
 
     def _local(self, origins):
-        return ((origins - self._centre) * self._scale).astype(np.float32)
+        return np.clip((origins - self._centre) * self._scale, -_FAR, _FAR).astype(np.float32)

@@ -105,8 +105,9 @@ def grid_bounds(discs: TangentDiscs) -> Callable[[float], float]:
 def _sorted_entries(frame, discs, extent, shape) -> tuple[np.ndarray, np.ndarray]:
     """All places of discs in cells: cell * SIDES + side of the normal, and the disc, sorted by the former."""
     centres = frame.local(discs.centres)
-    low = np.floor(centres - extent - MARGIN + 0.5).astype(np.int64)
-    width = np.floor(centres + extent + MARGIN + 0.5).astype(np.int64) - low + 1
+    # Far from the origin rounding may put a disc beside the frame that was made around it.
+    low = np.clip(np.floor(centres - extent - MARGIN + 0.5), 0, shape - 1).astype(np.int64)
+    width = np.clip(np.floor(centres + extent + MARGIN + 0.5), 0, shape - 1).astype(np.int64) - low + 1
     stride = np.array([1, shape[0], shape[0] * shape[1]])
     # One number per entry sorts faster than a key with its disc: the key above, the disc below.
     bits = len(discs).bit_length()

@@ -120,7 +120,7 @@ def _mirrored_boxes(low: np.ndarray, high: np.ndarray, octants: np.ndarray) -> n
 def _mirrored_rays(pieces: Pieces) -> np.ndarray:
     """Start and inverse step (2, P, 8), laid out and mirrored as the boxes of the pieces' octants."""
     rays = np.zeros((2, len(pieces.segment), 8), np.float32)
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", over="ignore"):
         inverse = np.minimum(np.float32(1.0) / np.abs(pieces.step), _LARGE)
     rays[0, :, :3] = rays[0, :, 4:7] = np.where(pieces.step < 0, -pieces.start, pieces.start).T
     rays[1, :, :3] = rays[1, :, 4:7] = inverse.T

@@ -30,7 +30,7 @@ def walk(
     Amanatides & Woo's walk from face to face (1987), with steps as long as the boxes of empty cells allow.
     """
     wide, high = (np.float32(shape[axis]) for axis in (0, 1))
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", over="ignore"):
         inverse = np.clip(np.float32(1.0) / pieces.step, -_LARGE, _LARGE)
     path = np.concatenate([pieces.start, pieces.step, inverse])
     base = directions(pieces.step) * int(np.prod(shape))

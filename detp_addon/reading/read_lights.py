@@ -51,11 +51,12 @@ def read_light(obj, matrix: np.ndarray, findings: Findings) -> Light | None:
 def _strength(obj, findings: Findings) -> np.ndarray:
     """Energy with colour (3,), in the unit of the lamp's type."""
     lamp = obj.data
-    strength = lamp.energy * np.exp2(getattr(lamp, "exposure", 0.0)) * np.array(lamp.color, np.float64)
-    if getattr(lamp, "use_temperature", False):
-        strength = strength * np.array(lamp.temperature_color, np.float64)
-    tree = node_tree(lamp)
-    return strength * _node_emission(tree, obj.name, findings) if tree else strength
+    with np.errstate(all="ignore"):
+        strength = lamp.energy * np.exp2(getattr(lamp, "exposure", 0.0)) * np.array(lamp.color, np.float64)
+        if getattr(lamp, "use_temperature", False):
+            strength = strength * np.array(lamp.temperature_color, np.float64)
+        tree = node_tree(lamp)
+        return strength * _node_emission(tree, obj.name, findings) if tree else strength
 
 
 def _node_emission(tree, name: str, findings: Findings) -> np.ndarray:

@@ -5,7 +5,10 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
+from detp.core.discs import TangentDiscs  # noqa: E402
 from detp.core.errors import InvalidSettingError  # noqa: E402
+from detp.core.gatherers.choose import make_gatherer  # noqa: E402
+from detp.core.segments import Segments  # noqa: E402
 from detp.core.settings import BakeSettings  # noqa: E402
 from detp.detp_addon.job import BakeRequest, bake_scene  # noqa: E402
 from detp.detp_addon.reading.remembered import DEEPEST, Remembered  # noqa: E402
@@ -233,3 +236,13 @@ def test_rings_of_reroutes_feed_nothing(length):
         return node(tree, "ShaderNodeAddShader", Shader=shader.outputs[0], Shader_001=bends[0].outputs[0])
 
     assert (albedo_of(ring) <= 1.0).all()
+
+
+@pytest.mark.parametrize("gatherer", ["disc-index", "sphere-cache", "brute-force"])
+def test_discs_smaller_than_the_rounding_of_their_place_do_not_stop_a_search(gatherer):
+    """Which of them are met there is a matter of rounding."""
+    centres = np.array([(1e17, 0, 0), (1e17, 1, 0), (1e17, 0, 1)])
+    search, _ = make_gatherer(gatherer, TangentDiscs.of_radius(centres, np.tile((0.0, 0, 1), (3, 1)), 2.0))
+    path = Segments(np.array([(1e17, 0, 5.0)]), np.array([(1e17, 0, -5.0)]), np.ones((1, 3)), np.zeros(1, np.uint16))
+    found = [pair for part in search.crossings(path) for pair in zip(part.segment, part.disc, strict=True)]
+    assert set(found) <= {(0, 0), (0, 1), (0, 2)}

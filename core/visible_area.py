@@ -30,6 +30,9 @@ NUDGE = 0.01
 #: scene, light does not come nearer by a hundredth of that.
 MOST_NUDGE = 256
 
+#: Shadow rays start nearer: by this share of the way to the middle of the faces.
+RAY_NUDGE = 0.02
+
 #: Higher lifts, in radii, that are tried while each shows GAIN times the area of the one before: inside a hollow, where
 #: the tangent plane lies behind the surface, a disc must be lifted by its sagitta.
 LIFTS = (0.05, 0.2)
@@ -80,7 +83,7 @@ class VisibleDiscs:
 
     discs    where crossings are counted; inside hollows lifted well off the surface
     area     the outlines of what their centres see
-    origins  (N, 3) metres, where shadow rays start: the same points with the least lift only
+    origins  (N, 3) metres, where shadow rays start: just inside their faces, and as little off them
     """
 
     discs: TangentDiscs
@@ -106,8 +109,11 @@ def visible_discs(caster: RayCaster, discs: TangentDiscs, inward: np.ndarray | N
     nudge = np.clip(NUDGE * discs.radii, 8 * caster.tolerance, MOST_NUDGE * caster.tolerance)
     # Along the tangent plane only: from a rounded convex corner the middle of its faces lies inside the solid.
     inward = inward - np.einsum("ij,ij->i", inward, discs.normals)[:, None] * discs.normals
-    share = np.minimum(nudge / np.maximum(np.linalg.norm(inward, axis=1), nudge), 0.5)
-    based = discs.centres + share[:, None] * inward
+    length = np.linalg.norm(inward, axis=1)
+    based = discs.centres + np.minimum(nudge / np.maximum(length, nudge), 0.5)[:, None] * inward
+    # Rays need less room than discs, and beside small things there is no more.
+    step = np.clip(RAY_NUDGE * length, 8 * caster.tolerance, nudge)
+    aside = discs.centres + np.minimum(step / np.maximum(length, step), 0.5)[:, None] * inward
     enclosure = Enclosure(caster)
     for start in range(0, len(discs), POINTS_PER_CHUNK):
         rows = slice(start, start + POINTS_PER_CHUNK)
@@ -123,7 +129,7 @@ def visible_discs(caster: RayCaster, discs: TangentDiscs, inward: np.ndarray | N
         areas = np.where(partial, _outline_area(reach), whole)
         hidden = areas < SMALLEST_SHARE * whole
         lifted = TangentDiscs(based[rows] + lifts[:, None] * normals, normals, radii)
-        origins = based[rows] + least[:, None] * normals
+        origins = aside[rows] + np.minimum(step[rows], least)[:, None] * normals
         enclosed = enclosure.enclosed(origins, normals)
         yield VisibleDiscs(
             lifted, VisibleArea(reach, np.where(hidden, whole, areas), partial, hidden, enclosed), origins

@@ -22,7 +22,7 @@ def test_irradiance_falls_off_as_the_square_of_distance_and_radius(height):
     lamp, radius = 0.4, 0.1
     light = PointLight((0, 0, height), (100.0, 100.0, 100.0), lamp, soft=True)
     points, normals = np.zeros((1, 3)), np.array([(0, 0, 1.0)])
-    settings = BakeSettings(photons=3_000_000, radius=radius)
+    settings = BakeSettings(photons=3_000_000, radius=radius, direct="photons")
     result = finished(bake(scene_of([FLOOR], lights=(light,)), points, normals, settings))
     expected = mean_over_disc(100 / (4 * np.pi), height, lamp, radius)
     assert np.abs(z_scores(result, expected)).max() < 3
@@ -32,6 +32,6 @@ def test_no_light_starts_behind_a_wall():
     wall = np.array([(-4, -4, 0.5), (4, -4, 0.5), (4, 4, 0.5), (-4, 4, 0.5)], float)
     light = PointLight((0, 0, 1.0), (100.0, 100.0, 100.0), 0.4, soft=True)
     points, normals = np.zeros((1, 3)), np.array([(0, 0, 1.0)])
-    settings = BakeSettings(photons=500_000, radius=0.5)
+    settings = BakeSettings(photons=500_000, radius=0.5, direct="photons")
     result = finished(bake(scene_of([FLOOR, wall], lights=(light,)), points, normals, settings))
     assert (result.irradiance == 0).all()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import io
 import json
-import re
 import tempfile
 import time
 import traceback
@@ -22,14 +21,11 @@ from detp.core.settings import BakeSettings
 from detp.detp_addon import session
 from detp.detp_addon.command import main
 from detp.detp_addon.job import BakeRequest, bake_scene
-from detp.detp_addon.report import BakeReport, to_json
 from fuzz.chance import Chance
-from fuzz.fingerprint import baked_objects, broken_promises, fingerprint, values
+from fuzz.fingerprint import broken_promises, fingerprint
+from fuzz.judgement import Refused, Wrong, judge_bake, judge_refusal, judged_report
 from fuzz.scenes import make_scene
 from fuzz.wishes import attribute_name, request_values, settings_values
-
-#: the longest that a clear sentence may be; some name three objects, whose names have sixty letters here
-LONGEST_SENTENCE = 1000
 
 
 @dataclass
@@ -53,14 +49,6 @@ class Outcome:
     def as_json(self) -> str:
         """One line."""
         return json.dumps(asdict(self))
-
-
-class Refused(Exception):  # noqa: N818
-    """The bake gave an error that a user can understand."""
-
-
-class Wrong(Exception):  # noqa: N818
-    """The bake did something that it must never do."""
 
 
 def try_seed(seed: int, entered: Callable[[str], None] = lambda phase: None) -> Outcome:
@@ -109,9 +97,9 @@ def _by_job(settings: dict, request: dict) -> str:
                 report = stop.value
                 break
     except DetpError as error:
-        _judge_refusal(str(error), type(error).__name__, before, request)
-    _judge_bake(before, request, report.objects, report.warnings)
-    return _judged_report(report)
+        judge_refusal(str(error), type(error).__name__, before, request)
+    judge_bake(before, request, report.objects, report.warnings)
+    return judged_report(report)
 
 
 def _by_job_twice(settings: dict, request: dict) -> str:
@@ -133,7 +121,7 @@ def _by_job_cancelled(settings: dict, request: dict) -> str:
                 break
         steps.close()
     except DetpError as error:
-        _judge_refusal(str(error), type(error).__name__, before, request)
+        judge_refusal(str(error), type(error).__name__, before, request)
     changes = broken_promises(before, fingerprint(), (), [])
     if changes:
         raise Wrong("a cancelled bake changed something: " + "; ".join(changes)[:2000])
@@ -166,12 +154,12 @@ def _by_operator(settings: dict, request: dict) -> str:
         except RuntimeError as error:
             if "Traceback" in str(error):
                 raise
-            _judge_refusal(str(error).removeprefix("Error: ").strip(), "DetpError", before, request)
+            judge_refusal(str(error).removeprefix("Error: ").strip(), "DetpError", before, request)
         report = session.latest().outcome.report
         if report is None:
             raise Wrong(f"the operator ended without error and without report: {session.latest().outcome}")
-        _judge_bake(before, request, report.objects, report.warnings)
-        return _judged_report(report)
+        judge_bake(before, request, report.objects, report.warnings)
+        return judged_report(report)
     finally:
         detp_addon.unregister()
 
@@ -204,9 +192,9 @@ def _by_command(settings: dict, request: dict) -> str:
             sentence = printed.getvalue().strip().splitlines()[-1].partition(": ")[2]
             if status == 2:
                 raise Refused(f"usage: {sentence}")
-            _judge_refusal(sentence, "DetpError", before, request)
+            judge_refusal(sentence, "DetpError", before, request)
         (entry,) = json.loads(log.read_text(encoding="utf-8"))
-        _judge_bake(before, request, entry["objects"], entry["warnings"])
+        judge_bake(before, request, entry["objects"], entry["warnings"])
         bpy.ops.wm.open_mainfile(filepath=str(baked), use_scripts=False)
         return printed.getvalue().strip().splitlines()[-1]
 
@@ -218,45 +206,3 @@ WAYS = {
     "operator": _by_operator,
     "command": _by_command,
 }
-
-
-def _judge_refusal(sentence: str, kind: str, before: dict, request: dict) -> None:
-    """Raise Refused when the error is a clear sentence and nothing has changed, Wrong otherwise."""
-    if not sentence.endswith((".", "?")) or "\n" in sentence or len(sentence) > LONGEST_SENTENCE:
-        raise Wrong(f"not a clear sentence ({kind}): {sentence}")
-    if kind == "InvalidArrayError" or re.search(r"\brow \d+ is", sentence):
-        raise Wrong(f"a sentence for programmers ({kind}): {sentence}")
-    changes = broken_promises(before, fingerprint(), (), [])
-    if changes:
-        raise Wrong(f"a bake that failed with '{sentence}' changed something: " + "; ".join(changes)[:2000])
-    raise Refused(f"{kind}: {sentence}")
-
-
-def _judge_bake(before: dict, request: dict, objects: int, notes) -> None:
-    """Raise Wrong unless ``objects`` meshes have finite colours and the rest is as it was."""
-    after = fingerprint()
-    attributes = BakeRequest(**request).attributes
-    baked = baked_objects(before, after, attributes[0])
-    if len(baked) != objects:
-        raise Wrong(f"the report names {objects} objects, and {len(baked)} have new colours: {baked}")
-    for name in baked:
-        mesh = next(obj for obj in bpy.data.objects if obj.name_full == name).data
-        for layer in (mesh.attributes[attribute] for attribute in attributes):
-            if (layer.data_type, layer.domain) != ("FLOAT_COLOR", request["domain"]):
-                raise Wrong(f"the colours of {name} are {layer.data_type} on {layer.domain}")
-            if not np.isfinite(values(layer)[:, :3]).all():
-                raise Wrong(f"colours {layer.name} of {name} are not finite: {values(layer)[:8].tolist()}")
-    changes = broken_promises(before, after, attributes, baked)
-    if changes:
-        raise Wrong("the bake changed more than its colours: " + "; ".join(changes)[:2000])
-    for note in notes:
-        if "\n" in note or "nan" in note.lower().split() or "{}" in note:
-            raise Wrong(f"not a clear note: {note}")
-
-
-def _judged_report(report: BakeReport) -> str:
-    to_json([report.as_json()])
-    headline = report.headline()
-    if "nan" in headline.split() or not all(isinstance(line, str) for line in report.details()):
-        raise Wrong(f"not a clear headline: {headline}")
-    return headline

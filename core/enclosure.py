@@ -6,7 +6,6 @@ import numpy as np
 
 from .rays import RayCaster
 from .sampling import cosine_hemisphere
-from .triangles import normals_and_areas
 
 #: Rays from each point over its hemisphere; the first few alone acquit nearly every point that is not buried.
 RAYS = 32
@@ -28,7 +27,7 @@ class Enclosure:
 
     def __init__(self, caster: RayCaster):
         self._caster = caster
-        self.facing, _ = normals_and_areas(caster.corners)
+        self.facing = caster.normals
         # A lattice of rank one: any number of its first points covers the hemisphere evenly.
         steps = np.arange(RAYS) + 0.5
         self._uniforms = np.stack([steps * 0.7548776662466927, steps * 0.5698402909980532], axis=1) % 1.0

@@ -55,12 +55,14 @@ def choose_radius(
     """
     size = scene.bounds.radius
     pilot_radius = LARGEST_SHARE * size
+    by_photons = settings.direct_by == "photons"
+    if not (settings.indirect or by_photons):
+        return pilot_radius
     generator = np.random.default_rng(np.random.SeedSequence(settings.seed, spawn_key=(0,)))
     rows = np.arange(len(centres))
     if len(rows) > PILOT_POINTS:
         rows = np.sort(generator.choice(rows, PILOT_POINTS, replace=False))
     (placed,) = whole_discs(caster, TangentDiscs.of_radius(centres[rows], normals[rows], pilot_radius))
-    by_photons = settings.direct_by == "photons"
     bounces = settings.bounces if settings.indirect else 0
     tracer = PhotonTracer(scene, caster, scene.bounds.expanded(pilot_radius), bounces, by_photons)
     segments = tracer.trace(PILOT_PHOTONS, generator).segments

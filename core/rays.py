@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from embreex.mesh_construction import TriangleMesh
@@ -10,6 +11,7 @@ from embreex.rtcore_scene import EmbreeScene
 
 from .bounds import Bounds
 from .parallel import ordered_map
+from .triangles import normals_and_areas
 
 #: Rays in one call to Embree: long enough to hide the call, short enough to share among threads.
 RAYS_PER_SLICE = 1 << 15
@@ -53,6 +55,11 @@ class RayCaster:
         self._mesh = TriangleMesh(self._embree, np.ascontiguousarray(local))
         # The first call commits the scene, which must not happen in several threads at once.
         self._embree.run(np.zeros((1, 3), np.float32), np.array([[0, 0, 1]], np.float32))
+
+    @cached_property
+    def normals(self) -> np.ndarray:
+        """Unit normals (T, 3) of the triangles by their winding, any direction where there is no area."""
+        return normals_and_areas(self.corners)[0]
 
     def first_hits(self, origins: np.ndarray, directions: np.ndarray) -> Hits:
         """The nearest triangle along each ray: ``origins`` (R, 3) metres, ``directions`` (R, 3) unit vectors.

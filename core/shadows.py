@@ -8,9 +8,8 @@ import numpy as np
 
 from .rays import Hits, RayCaster
 from .scene import Scene
-from .triangles import normals_and_areas
 
-#: Surfaces that a ray may pass straight through before it is given up.
+#: Surfaces that a ray or particle may pass straight through, all together, before it is given up.
 MOST_PASSAGES = 1024
 
 #: A ray stops this many tolerances short of the light, which may be a surface of the scene itself.
@@ -24,7 +23,6 @@ class Shadows:
         self._caster = caster
         # Most scenes let no light pass, and then pay nothing for it.
         self._transmittance = scene.transmittance if scene.transmittance.any() else None
-        self._normals, _ = normals_and_areas(scene.corners)
 
     def transmitted(self, origins: np.ndarray, directions: np.ndarray, distances: np.ndarray) -> np.ndarray:
         """Share of the light, RGB 0..1, that comes through: (K, 3), or (K, 1) when no surface lets any pass.
@@ -68,6 +66,6 @@ class Shadows:
 
     def _past(self, triangle: np.ndarray, directions: np.ndarray) -> np.ndarray:
         """What leads (R, 3) from a hit to just behind the surface."""
-        normals = self._normals[triangle]
+        normals = self._caster.normals[triangle]
         side = np.copysign(1.0, np.einsum("ij,ij->i", normals, directions))
         return (self._caster.tolerance * side)[:, None] * normals

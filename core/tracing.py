@@ -12,11 +12,8 @@ from .rays import Hits, RayCaster
 from .sampling import cosine_hemisphere
 from .scene import Scene
 from .segments import Segments
+from .shadows import MOST_PASSAGES
 from .specular import SpecularSurfaces
-from .triangles import normals_and_areas
-
-#: Surfaces that one particle may pass straight through, all together, before it is given up.
-MOST_PASSAGES = 1024
 
 #: How many tolerances a particle is moved along its direction before it starts.
 EMISSION_LIFT = 4
@@ -54,7 +51,7 @@ class PhotonTracer:
         passes = self._specular is not None or scene.transmittance.any()
         self._transmittance = scene.transmittance if passes else None
         self._caster = caster
-        self._normals, _ = normals_and_areas(scene.corners)
+        self._normals = caster.normals
         self._emission = Emission(scene, bounds)
         self.emitted_flux = self._emission.flux
 

@@ -11,6 +11,7 @@ import tempfile
 from pathlib import Path
 
 import bpy
+from compare_cycles import run
 from detp.core.settings import BakeSettings
 from detp.detp_addon.job import BakeRequest, bake_scene
 from detp.detp_addon.preview import HEIGHT, WIDTH, render_preview
@@ -32,7 +33,7 @@ def main() -> int:
         frame(scene.camera, meshes, scene, view_layer, WIDTH / HEIGHT)
         scene.render.resolution_x, scene.render.resolution_y = WIDTH, HEIGHT
     request = BakeRequest(BakeSettings(arguments.quality), attribute="light", quantity="shaded")
-    report = finished(bake_scene(scene, view_layer, request))
+    report = run(bake_scene(scene, view_layer, request))
     with tempfile.TemporaryDirectory() as folder:
         baked, traced = Path(folder) / "baked.png", Path(folder) / "traced.png"
         stops = render_preview(scene, view_layer, "light", baked)
@@ -55,15 +56,6 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--samples", type=int, default=256)
     parser.add_argument("--width", type=int, default=640)
     return parser.parse_args(arguments)
-
-
-def finished(steps):
-    """What the bake returns after all its steps."""
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            return end.value
 
 
 def render_with_cycles(scene: bpy.types.Scene, size: tuple[int, int], stops: float, samples: int, path: Path) -> None:

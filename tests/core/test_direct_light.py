@@ -18,6 +18,7 @@ from detp.core.rays import RayCaster
 from detp.core.scene import Scene
 from detp.core.settings import BakeSettings
 from detp.core.shadows import Shadows
+from rooms import finished
 
 UP = np.array((0.0, 0.0, 1.0))
 
@@ -47,14 +48,6 @@ def direct(scene, points, normals=UP, rounds=64, **settings):
         pass
     found = light.irradiance
     return found.value.mean(axis=1), found.standard_error.mean(axis=1)
-
-
-def finished(steps):
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            return end.value
 
 
 @pytest.mark.parametrize("count", [1, 2, 16, 64])

@@ -1,4 +1,4 @@
-"""All lights of a scene as one source: particles are shared out by power."""
+"""All lights of a scene as one source: particles are shared out by power, or where a guide has learnt to aim."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from .bounds import Bounds
+from .emission_guide import Draws, EmissionGuide
 from .errors import NoLightError
 from .lights.emissive import EmissiveTriangles
-from .lights.light import EMISSION_DIMENSIONS, Light, Particles
+from .lights.light import Light, Particles
 from .scene import Scene
 
 
@@ -24,7 +25,8 @@ def lights_of(scene: Scene) -> list[Light]:
 class Emission:
     """The lamps, the world and the emissive triangles of ``scene``; distant ones shoot at ``bounds``.
 
-    Attribute ``flux`` (3,): radiant flux in W of all together. Raises NoLightError when nothing emits.
+    Attribute ``flux`` (3,): radiant flux in W of all together; ``by_power``: the guide that has learnt nothing. Raises
+    NoLightError when nothing emits.
     """
 
     def __init__(self, scene: Scene, bounds: Bounds):
@@ -37,21 +39,21 @@ class Emission:
             raise NoLightError(
                 "Nothing in the scene gives light: add a light, an emissive material or a world that is not black."
             )
-        self._lights = [lights[i] for i in shining]
-        self._shares = power[shining] / power[shining].sum()
         self.flux = fluxes[shining].sum(axis=0)
+        self._lights = [lights[i] for i in shining]
+        self.by_power = EmissionGuide.by_power(power[shining] / power[shining].sum())
 
-    def emit(self, particles: int, generator: np.random.Generator) -> Particles:
-        """``particles`` that carry the whole flux together, by systematic sampling: each light's count is exact to one.
+    def emit(self, draws: Draws) -> Particles:
+        """The particles of ``draws``, one a row; they carry the whole flux together.
 
         Weighting by a light's expected instead of its actual count keeps lights that get no particle right on average.
         """
-        steps = (np.arange(particles) + generator.random()) / particles
-        chosen = np.searchsorted(np.cumsum(self._shares)[:-1], steps, side="right")
-        counts = np.bincount(chosen, minlength=len(self._lights))
         emitted = []
-        for light, share, count in zip(self._lights, self._shares, counts, strict=True):
+        ends = np.searchsorted(draws.light, np.arange(len(self._lights)), side="right")
+        for number, (light, end) in enumerate(zip(self._lights, ends, strict=True)):
+            rows = slice(ends[number - 1] if number else 0, end)
+            count = rows.stop - rows.start
             if count:
-                sent = light.emit(generator.random((count, EMISSION_DIMENSIONS)), self._bounds)
-                emitted.append(replace(sent, flux=sent.flux * (count / (particles * share))))
+                sent = light.emit(draws.uniforms[rows], self._bounds)
+                emitted.append(replace(sent, flux=sent.flux * (count * draws.weight[rows, None])))
         return Particles.joined(emitted)

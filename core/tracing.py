@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
 
 from .bounds import Bounds
 from .emission import Emission
+from .emission_guide import Draws, EmissionGuide
 from .rays import Hits, RayCaster
 from .sampling import cosine_hemisphere
 from .scene import Scene
@@ -27,10 +29,11 @@ ABSORBED, REFLECTED, PASSED, MIRRORED, REFRACTED = range(5)
 
 @dataclass(frozen=True)
 class TracedPhotons:
-    """What some particles did: their path segments and the flux that the bounce limit cut, (3,) W."""
+    """What some particles did: their path segments, the flux that the bounce limit cut, (3,) W, and their ``draws``."""
 
     segments: Segments
     cut_flux: np.ndarray
+    draws: Draws
 
 
 class PhotonTracer:
@@ -38,7 +41,8 @@ class PhotonTracer:
 
     ``direct`` tells whether the segments of direct light (bounce 0) are kept, which shadow rays can replace.
 
-    Attribute ``emitted_flux`` (3,): the radiant flux in W of all lights together. Raises NoLightError when it is zero.
+    Attributes: ``emitted_flux`` (3,), the radiant flux in W of all lights together, and ``guide``, which aims them; at
+    first by power alone. Raises NoLightError when nothing emits.
     """
 
     def __init__(self, scene: Scene, caster: RayCaster, bounds: Bounds, bounces: int, direct: bool = True):
@@ -54,13 +58,21 @@ class PhotonTracer:
         self._normals = caster.normals
         self._emission = Emission(scene, bounds)
         self.emitted_flux = self._emission.flux
+        self.guide = self._emission.by_power
+
+    def guided(self, guide: EmissionGuide) -> PhotonTracer:
+        """The same tracer, but with the lights aimed by ``guide``."""
+        tracer = copy(self)
+        tracer.guide = guide
+        return tracer
 
     def trace(self, particles: int, generator: np.random.Generator, first: int = 0) -> TracedPhotons:
         """Follow ``particles`` from emission to absorption; their segments carry the scene's full power together.
 
         The particles are numbered from ``first`` on.
         """
-        emitted = self._emission.emit(particles, generator)
+        draws = self.guide.draws(particles, generator)
+        emitted = self._emission.emit(draws)
         directions, flux, start = emitted.directions, emitted.flux, emitted.start
         # Lights may lie in a surface: an emissive triangle always does, an area light under a ceiling often.
         origins = emitted.origins + EMISSION_LIFT * self._caster.tolerance * directions
@@ -89,7 +101,7 @@ class PhotonTracer:
             bounce = bounce.take(rows) + (fate != PASSED).astype(np.uint16)
             passages = passages.take(rows) + (fate == PASSED).astype(np.uint16)
             origins, directions = self._onward(hits, rows, directions.take(alive, axis=0), fate, generator)
-        return TracedPhotons(Segments.joined(parts), cut)
+        return TracedPhotons(Segments.joined(parts), cut, draws)
 
     def _ends(self, origins, directions, hits: Hits, rows) -> np.ndarray:
         """Segment ends: past the hit (``rows`` hit) by twice the tolerance along the normal, or out of everything."""

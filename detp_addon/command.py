@@ -17,6 +17,7 @@ from ..core.errors import DetpError, InvalidSettingError
 from ..core.settings import DIRECT_LIGHT, ESTIMATORS, GATHERERS, QUALITIES, BakeSettings
 from .blender_output import blender_silenced
 from .study_command import add_study
+from .tradeoff_command import add_tradeoff
 
 DONE, FAILED, USAGE, CANCELLED = 0, 1, 2, 130
 
@@ -76,6 +77,7 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     _add_bake(commands)
     add_study(commands)
+    add_tradeoff(commands)
     return parser
 
 

@@ -109,6 +109,18 @@ def check_writable(path: Path) -> None:
         raise UnwritableFileError(f"Cannot write '{path}': {error.strerror}.") from None
 
 
+def made_folder(name: str) -> Path:
+    """The folder of that name, made if need be; raises InvalidSettingError or UnwritableFileError."""
+    folder = Path(name)
+    if folder.exists() and not folder.is_dir():
+        raise InvalidSettingError(f"'{folder}' is a file: name a folder with -o.")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UnwritableFileError(f"The folder '{folder}' cannot be made: {error.strerror}.") from error
+    return folder
+
+
 def replace_file(path: Path, write: Callable[[Path], None]) -> None:
     """Let ``write`` make a file under a temporary name beside ``path``, then rename it; missing folders are made.
 

@@ -7,7 +7,9 @@ import sys
 from functools import partial
 from pathlib import Path
 
-from ..core.errors import InvalidSettingError, UnreadableFileError, UnwritableFileError
+from ..core.errors import UnreadableFileError
+from .files import made_folder
+from .steps import printed
 
 #: the study's own scenes, and the other samples, on which the choice is tried too
 SCANS = ("tree", "atrium")
@@ -39,7 +41,7 @@ def _study(arguments: argparse.Namespace) -> int:
         raise UnreadableFileError(f"The sample scenes lack {' and '.join(missing)}: name their folder with --samples.")
     scenes = _scene_files(arguments.scenes)
     further = {path.stem if path.stem not in samples else f"{path.parent.name}/{path.stem}": path for path in scenes}
-    folder = _made(Path(arguments.output))
+    folder = made_folder(arguments.output)
 
     # Everything that can be wrong without Blender has been checked, and Blender takes a second to load.
     from ..core.study import report
@@ -53,7 +55,7 @@ def _study(arguments: argparse.Namespace) -> int:
     extent = QUICK if arguments.quick else Extent()
     segments = max(extent.scan_segments, extent.choice_segments)
     loaders = {name: partial(load_study_scene, name, path, segments) for name, path in {**samples, **further}.items()}
-    found = _reported(run({name: loaders.pop(name) for name in SCANS}, loaders, extent))
+    found = printed(run({name: loaders.pop(name) for name in SCANS}, loaders, extent))
 
     try:
         draw(found, folder)
@@ -68,15 +70,6 @@ def _study(arguments: argparse.Namespace) -> int:
         (folder / name).write_text(text, encoding="utf-8", newline="")
     print(f"Saved {folder / 'study.md'}, study.json and {len(found.tables)} tables")
     return 0
-
-
-def _reported(steps):
-    """Take all steps, print what each is about, and return the findings."""
-    while True:
-        try:
-            print(next(steps), flush=True)
-        except StopIteration as stop:
-            return stop.value
 
 
 def _sample_files(folder: str | None) -> list[Path]:
@@ -100,13 +93,3 @@ def _scene_files(names: list[str]) -> list[Path]:
             raise UnreadableFileError(f"There is no scene at '{path}': name a .blend file, or a folder with some.")
         found += here
     return found
-
-
-def _made(folder: Path) -> Path:
-    if folder.exists() and not folder.is_dir():
-        raise InvalidSettingError(f"'{folder}' is a file: name a folder with -o.")
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UnwritableFileError(f"The folder '{folder}' cannot be made: {error.strerror}.") from error
-    return folder

@@ -21,6 +21,16 @@ def draw(found: Findings, folder: Path) -> None:
 
     Raises NoPlotsError when matplotlib is missing.
     """
+    made = figure_class()
+    for name, title in PLOTS.items():
+        figure = made(figsize=(12 if name == "growth" else 9, 4.2), layout="constrained")
+        figure.suptitle(title)
+        _DRAWN[name](figure, found.tables)
+        save(figure, folder, name)
+
+
+def figure_class():
+    """matplotlib's Figure, for drawing into files; raises NoPlotsError when it is missing."""
     try:
         import matplotlib
     except ImportError as error:
@@ -28,12 +38,13 @@ def draw(found: Findings, folder: Path) -> None:
     matplotlib.use("Agg")
     from matplotlib.figure import Figure
 
-    for name, title in PLOTS.items():
-        figure = Figure(figsize=(12 if name == "growth" else 9, 4.2), layout="constrained")
-        figure.suptitle(title)
-        _DRAWN[name](figure, found.tables)
-        for ending in ("svg", "png"):
-            figure.savefig(folder / f"{name}.{ending}", dpi=110)
+    return Figure
+
+
+def save(figure, folder: Path, name: str) -> None:
+    """Write a figure as SVG and PNG."""
+    for ending in ("svg", "png"):
+        figure.savefig(folder / f"{name}.{ending}", dpi=110)
 
 
 def _radius(figure, tables: dict) -> None:

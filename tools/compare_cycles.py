@@ -20,6 +20,7 @@ value the same percentile is taken out of that of the difference, in squares.
 import argparse
 import json
 import sys
+from pathlib import Path
 
 import bpy
 import numpy as np
@@ -28,20 +29,23 @@ from detp.core.rays import RayCaster
 from detp.core.sampling import frames
 from detp.core.settings import BakeSettings
 from detp.core.triangles import normals_and_areas
+from detp.detp_addon.files import open_blend
+from detp.detp_addon.light_errors import figures
 from detp.detp_addon.reading.read_scene import read_scene
+from detp.detp_addon.steps import finished
 
 TANGENT_RAYS = 32
 
 
 def main() -> int:
     arguments = parse(sys.argv[1:])
-    bpy.ops.wm.open_mainfile(filepath=arguments.scene, load_ui=False, use_scripts=False)
+    open_blend(Path(arguments.scene))
     reference = load_reference(arguments.reference)
     targets = [bpy.data.objects[name] for name in reference]
     exported = read_scene(bpy.context.scene, bpy.context.view_layer, targets, "CORNER")
     names = ("quality", "photons", "radius", "gatherer", "estimator", "direct", "seed")
     settings = BakeSettings(**{name: getattr(arguments, name) for name in names})
-    result = run(bake(exported.scene, exported.centres, exported.normals, settings, exported.inward))
+    result = finished(bake(exported.scene, exported.centres, exported.normals, settings, exported.inward))
     clear = away_from_edges(exported, result.radius)
     reliable = np.full(len(exported.centres), True) if arguments.every_corner else ~on_other_surfaces(exported)
 
@@ -56,13 +60,13 @@ def main() -> int:
         theirs.append((first + second)[kept].sum(axis=1) / 2)
         noise.append(np.abs(first - second)[kept].sum(axis=1) / 2)
         valid.append(clear[rows[kept]])
-        objects[target.object_name] = figures(ours[-1], theirs[-1], noise[-1], np.full(len(ours[-1]), True))
+        objects[target.object_name] = figures(ours[-1], theirs[-1], noise[-1])
     ours, theirs, noise, valid = (np.concatenate(parts) for parts in (ours, theirs, noise, valid))
     report = {
         "scene": arguments.scene, "radius": result.radius, "photons": result.photons, "segments": result.segments,
         "seconds": result.seconds, "relative_error": result.relative_error,
-        "all": figures(ours, theirs, noise, np.full(len(ours), True)),
-        "away_from_edges": figures(ours, theirs, noise, valid),
+        "all": figures(ours, theirs, noise),
+        "away_from_edges": figures(ours[valid], theirs[valid], noise[valid]),
         "filled": filled, "on_other_surfaces": left_out,
         "objects": objects,
     }  # fmt: skip
@@ -96,14 +100,6 @@ def load_reference(path: str) -> dict[str, list[np.ndarray]]:
         if not key.startswith("__"):
             reference.setdefault(key.rsplit("|", 1)[0], []).append(arrays[key].astype(float))
     return reference
-
-
-def run(steps):
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            return end.value
 
 
 def away_from_edges(exported, radius: float) -> np.ndarray:
@@ -153,25 +149,6 @@ def _distance(points, corners) -> np.ndarray:
     normals, _ = normals_and_areas(corners)
     inside = np.einsum("kcx,kcx->kc", np.cross(sides, points[:, None] - corners), normals[:, None]).min(axis=1) > 0
     return np.where(inside, np.abs(np.einsum("kx,kx->k", points - corners[:, 0], normals)), to_edges)
-
-
-def figures(ours, theirs, noise, chosen) -> dict[str, float]:
-    lit = chosen & (theirs > 0)
-    if not lit.any():
-        return {"points": int(chosen.sum())}
-    difference = np.percentile(np.abs(ours[lit] / theirs[lit] - 1), (50, 95))
-    of_reference = np.percentile(noise[lit] / theirs[lit], (50, 95))
-    beyond = np.sqrt(np.maximum(difference**2 - of_reference**2, 0))
-    return {
-        "points": int(chosen.sum()),
-        "median_relative_difference": float(difference[0]),
-        "reference_noise": float(of_reference[0]),
-        "median_beyond_noise": float(beyond[0]),
-        "percentile_95": float(difference[1]),
-        "percentile_95_beyond_noise": float(beyond[1]),
-        "mean_ratio": float(ours[chosen].sum() / theirs[chosen].sum()),
-        "median_ratio": float(np.median(ours[lit] / theirs[lit])),
-    }
 
 
 if __name__ == "__main__":

@@ -11,11 +11,13 @@ import tempfile
 from pathlib import Path
 
 import bpy
-from compare_cycles import run
 from detp.core.settings import BakeSettings
+from detp.detp_addon.cycles_bake import set_up_cycles
+from detp.detp_addon.files import open_blend
 from detp.detp_addon.job import BakeRequest, bake_scene
 from detp.detp_addon.preview import HEIGHT, WIDTH, render_preview
 from detp.detp_addon.preview_camera import frame
+from detp.detp_addon.steps import finished
 from PIL import Image
 
 GAP = 8
@@ -23,7 +25,7 @@ GAP = 8
 
 def main() -> int:
     arguments = parse(sys.argv[1:])
-    bpy.ops.wm.open_mainfile(filepath=arguments.scene, load_ui=False, use_scripts=False)
+    open_blend(Path(arguments.scene))
     scene, view_layer = bpy.context.scene, bpy.context.view_layer
     if scene.camera is None:
         scene.camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
@@ -33,7 +35,7 @@ def main() -> int:
         frame(scene.camera, meshes, scene, view_layer, WIDTH / HEIGHT)
         scene.render.resolution_x, scene.render.resolution_y = WIDTH, HEIGHT
     request = BakeRequest(BakeSettings(arguments.quality), attribute="light", quantity="shaded")
-    report = run(bake_scene(scene, view_layer, request))
+    report = finished(bake_scene(scene, view_layer, request))
     with tempfile.TemporaryDirectory() as folder:
         baked, traced = Path(folder) / "baked.png", Path(folder) / "traced.png"
         stops = render_preview(scene, view_layer, "light", baked)
@@ -60,7 +62,8 @@ def parse(arguments: list[str]) -> argparse.Namespace:
 
 def render_with_cycles(scene: bpy.types.Scene, size: tuple[int, int], stops: float, samples: int, path: Path) -> None:
     """What Cycles sees, without denoising or a look."""
-    scene.render.engine = "CYCLES"
+    set_up_cycles(scene)
+    scene.cycles.samples = samples
     scene.render.resolution_x, scene.render.resolution_y = size
     scene.render.resolution_percentage = 100
     scene.render.pixel_aspect_x = scene.render.pixel_aspect_y = 1.0
@@ -69,10 +72,6 @@ def render_with_cycles(scene: bpy.types.Scene, size: tuple[int, int], stops: flo
     scene.render.image_settings.file_format = "PNG"
     scene.view_settings.view_transform, scene.view_settings.look = "Standard", "None"
     scene.view_settings.exposure, scene.view_settings.gamma = stops, 1.0
-    cycles = scene.cycles
-    cycles.device, cycles.samples, cycles.use_denoising = "CPU", samples, False
-    cycles.max_bounces = cycles.diffuse_bounces = 64
-    cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0.0
     bpy.ops.render.render(write_still=True)
 
 

@@ -1,0 +1,26 @@
+"""Takes all steps of a generator that works step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from typing import TypeVar
+
+Result = TypeVar("Result")
+
+
+def finished(steps: Generator[object, None, Result]) -> Result:
+    """Take all ``steps`` and return what they return."""
+    while True:
+        try:
+            next(steps)
+        except StopIteration as stop:
+            return stop.value
+
+
+def printed(steps: Generator[str, None, Result]) -> Result:
+    """Take all ``steps``, print the sentence that each yields, and return what they return."""
+    while True:
+        try:
+            print(next(steps), flush=True)
+        except StopIteration as stop:
+            return stop.value

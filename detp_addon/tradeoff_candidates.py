@@ -9,6 +9,9 @@ from ..core.settings import QUALITIES, BakeSettings
 #: what may be measured: the panel's qualities, each gatherer over photons, radii, and photons for direct light too
 GROUPS = ("quality", "disc-index", "sphere-cache", "radius", "direct")
 
+#: what --bakes takes
+NAMES = (*GROUPS, *QUALITIES)
+
 #: photons of the runs over the radius and over the ways to direct light
 _PHOTONS = 1 << 20
 
@@ -22,11 +25,21 @@ class Candidate:
     settings: BakeSettings
     preset: bool = False
 
+    @property
+    def options(self) -> list[str]:
+        """The same for `detp bake`."""
+        standard, options = BakeSettings(), []
+        for name in ("quality", "photons", "radius", "gatherer", "estimator", "direct"):
+            value = getattr(self.settings, name)
+            if value != getattr(standard, name):
+                options += [f"--{name}", str(value)]
+        return options
 
-def candidates(radius: float, quick: bool, groups: tuple[str, ...] = GROUPS) -> tuple[Candidate, ...]:
-    """Those of the ``groups``; ``radius`` in metres is the middle of those that are tried. ``quick``: a few."""
+
+def candidates(radius: float, quick: bool, names: tuple[str, ...] = GROUPS) -> tuple[Candidate, ...]:
+    """Those of these groups, or of these names; radii are tried around ``radius``, in metres. ``quick``: fewer."""
     everything = (*_qualities(quick), *_gatherers(quick), *_radii(radius, quick), *_direct(quick))
-    return tuple(candidate for candidate in everything if candidate.group in groups)
+    return tuple(candidate for candidate in everything if {candidate.group, candidate.label} & {*names})
 
 
 def _qualities(quick: bool) -> list[Candidate]:

@@ -7,10 +7,9 @@ import os
 import sys
 from pathlib import Path
 
-from ..core.errors import InvalidSettingError
 from .files import check_readable, made_folder
 from .steps import printed
-from .tradeoff_candidates import GROUPS
+from .tradeoff_candidates import GROUPS, NAMES
 
 #: (most samples of the reference in each half, its noise that is small enough, runs, Cycles' samples, corners)
 _FULL = (2048, 0.01, 3, "1,4,16,64", 3000)
@@ -41,7 +40,7 @@ def add_tradeoff(commands) -> None:
     tradeoff.add_argument("--points", type=_count, metavar="N", help="face corners to compare at, about")
     tradeoff.add_argument("--runs", type=_count, metavar="N", help="of each bake, whose medians are told")
     tradeoff.add_argument(
-        "--bakes", type=_groups, default=GROUPS, metavar="GROUP,...", help=f"of {', '.join(GROUPS)} (default: all)"
+        "--bakes", type=_names, default=GROUPS, metavar="NAME,...", help=f"of {', '.join(NAMES)} (default: all)"
     )
     tradeoff.add_argument(
         "--cycles-seconds", type=_count, default=CYCLES_SECONDS, metavar="S",
@@ -141,19 +140,18 @@ def _compiled() -> str:
 
 
 def _count(text: str) -> int:
-    number = int(text)
-    if number < 1:
-        raise InvalidSettingError(f"Numbers of samples, points, runs and seconds are 1 or more, not {number}.")
-    return number
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"a whole number of 1 or more is needed, not '{text}'")
+    return int(text)
 
 
 def _counts(text: str) -> tuple[int, ...]:
     return tuple(sorted({_count(part) for part in text.split(",")}))
 
 
-def _groups(text: str) -> tuple[str, ...]:
-    wanted = tuple(text.split(","))
-    unknown = [name for name in wanted if name not in GROUPS]
+def _names(text: str) -> tuple[str, ...]:
+    names = tuple(text.split(","))
+    unknown = [name for name in names if name not in NAMES]
     if unknown:
-        raise InvalidSettingError(f"Unknown bakes '{unknown[0]}': choose of {', '.join(GROUPS)}.")
-    return wanted
+        raise argparse.ArgumentTypeError(f"unknown bakes '{unknown[0]}': choose of {', '.join(NAMES)}")
+    return names

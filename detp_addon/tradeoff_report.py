@@ -46,7 +46,10 @@ def as_json(found: Findings, facts: dict) -> str:
 def as_csv(found: Findings) -> str:
     """A line for each kind of run."""
     return report.as_csv(
-        [_plain({key: value for key, value in row.items() if not isinstance(value, dict)}) for row in found.rows]
+        [
+            _plain({key: value for key, value in row.items() if not isinstance(value, (dict, list))})
+            for row in found.rows
+        ]
     )
 
 

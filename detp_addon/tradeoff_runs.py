@@ -67,7 +67,7 @@ class Measured:
 
 def all_runs(compared: ComparedScene, plan: Plan) -> Generator[str, None, list[Measured]]:
     """Bake everything ``plan.runs`` times, in turn, so that the machine's moods meet all alike; yields sentences."""
-    ours = [Measured("detp", c.label, c.group, c.preset) for c in plan.candidates]
+    ours = [Measured("detp", c.label, c.group, c.preset, facts={"options": c.options}) for c in plan.candidates]
     pressed = [Measured("cycles", f"Cycles, {n} samples", "cycles", samples=n) for n in plan.samples]
     inside = [Measured("cycles inside", f"Cycles inside, {n} samples", "inside", samples=n) for n in plan.samples]
     for run in range(plan.runs):

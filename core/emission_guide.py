@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -23,6 +23,12 @@ class Draws:
     uniforms: np.ndarray
     weight: np.ndarray
     density: np.ndarray
+
+    @staticmethod
+    def joined(parts: list[Draws]) -> Draws:
+        """All draws of ``parts`` in their order, so that the lights no longer ascend; ``parts`` holds at least one."""
+        names = [field.name for field in fields(Draws)]
+        return Draws(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
 @dataclass(frozen=True)

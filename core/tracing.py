@@ -56,7 +56,10 @@ class PhotonTracer:
         self._transmittance = scene.transmittance if passes else None
         self._caster = caster
         self._normals = caster.normals
-        self._emission = Emission(scene, bounds)
+        # Indirect light all comes from surfaces: what passes beside them need not be emitted.
+        self._emission = Emission(
+            scene, bounds if direct else scene.bounds.expanded(2 * EMISSION_LIFT * caster.tolerance)
+        )
         self.emitted_flux = self._emission.flux
         self.guide = self._emission.by_power
 

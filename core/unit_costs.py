@@ -26,10 +26,13 @@ UNIT_COSTS = {
         "lists": 9000.0,
     },
     "brute-force": {"tests": 20.0},
+    "compiled grid": {
+        "segments": 200.0, "nodes": 25.0, "patches": 10.0, "discs": 2.0, "tests": 25.0, "crossings": 40.0,
+    },
 }  # fmt: skip
 
 #: Nanoseconds to build a search, for each disc; the grid's cells and entries are known beforehand, see grid_cells.py.
-BUILD_COSTS = {"grid": 2500.0, "tree": 2200.0, "sphere-cache": 3500.0, "brute-force": 0.0}
+BUILD_COSTS = {"grid": 2500.0, "tree": 2200.0, "sphere-cache": 3500.0, "brute-force": 0.0, "compiled grid": 1000.0}
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..compiled import kernels
 from ..cost_model import SearchProblem, best_last_radius, best_q
 from ..discs import TangentDiscs
 from ..errors import InvalidSettingError
@@ -14,6 +15,7 @@ from ..settings import GATHERERS
 from ..space_filling import mean_spacing
 from ..unit_costs import UNIT_COSTS, bare_segments, build_seconds, search_lanes, search_seconds, this_machine
 from .brute_force import BruteForce
+from .compiled_index import CompiledIndex
 from .counts import Counts
 from .disc_index import DiscIndex
 from .gatherer import Gatherer
@@ -34,6 +36,7 @@ TRIAL = 0.04
 _TITLES = {
     "grid": "Disc Indexing with a grid",
     "tree": "Disc Indexing with a tree",
+    "compiled grid": "Disc Indexing with a compiled grid",
     "sphere-cache": "Sphere Cache",
     "brute-force": "Brute force",
 }
@@ -99,7 +102,8 @@ def make_gatherer(
     expected  how many segments it will search in all
     pilot     a few hundred segments or more of the kind that it will search; None: ways between the discs' centres
 
-    Equal arguments give the same gatherer on every machine; only the seconds in the sentence are this machine's.
+    Equal arguments give the same gatherer on every machine, but for the compiled one where there are kernels, and all
+    find the same crossings. Only the seconds in the sentence are this machine's.
     Raises InvalidSettingError for any other name.
     """
     if name not in GATHERERS:
@@ -112,13 +116,20 @@ def make_gatherer(
     if name == "auto":
         return _chosen(task)
     kind = "tree" if task.plan.uneven else min(("grid", "tree"), key=task.plan.seconds.get)
+    if not task.plan.uneven and _compiled(task):
+        kind = "compiled grid"
     return made(kind, discs, expected, task.plan.cell), f"{_TITLES[kind]}{task.unevenly(kind)}, as asked for."
+
+
+def _compiled(task: Task) -> bool:
+    """Whether there are compiled kernels, and loading them pays."""
+    return kernels(min(task.plan.seconds.values())) is not None
 
 
 def made(kind: str, discs: TangentDiscs, expected: int, cell: float | None = None) -> Gatherer:
     """The search of that ``kind``, a key of UNIT_COSTS, over N >= 1 discs, with options for ``expected`` segments.
 
-    ``cell`` is the side of a grid's cells, as planned.
+    ``cell`` is the side of a grid's cells, as planned. The "compiled grid" needs the kernels, and has cells of its own.
     """
     if kind == "brute-force":
         return BruteForce(discs)
@@ -126,6 +137,8 @@ def made(kind: str, discs: TangentDiscs, expected: int, cell: float | None = Non
         problem = SearchProblem.of(discs, expected)
         q = best_q(problem.dimension)
         return SphereCache(discs, q, best_last_radius(problem, q), chunk=_sphere_chunk(len(discs)))
+    if kind == "compiled grid":
+        return CompiledIndex(kernels(), discs)
     return DiscIndex(discs, kind, cell)
 
 
@@ -161,8 +174,11 @@ def _chosen(task: Task) -> tuple[Gatherer, str]:
     """The search of the least predicted time, where trying others pays, and why it is this one."""
     plan = task.plan.seconds
     first = "tree" if task.plan.uneven else min(plan, key=plan.get)
+    kinds = [kind for kind in UNIT_COSTS if kind != "compiled grid"]
+    if _compiled(task):
+        first, kinds = "compiled grid", ["brute-force", *(["tree"] if task.plan.uneven else [])]
     candidates = [tried(first, task)]
-    for kind in UNIT_COSTS:
+    for kind in kinds:
         few = kind != "brute-force" or len(task.discs) <= FEW
         if few and kind != first and build_seconds(kind, len(task.discs)) <= TRIAL * candidates[0].seconds:
             candidates.append(tried(kind, task))

@@ -4,13 +4,14 @@ from functools import partial
 
 import numpy as np
 import pytest
-from detp.core import parallel
+from detp.core import compiled, parallel
 from detp.core.crossing import crosses
 from detp.core.discs import TangentDiscs
 from detp.core.errors import InvalidSettingError
-from detp.core.gatherers import brute_force, disc_index, sphere_cache, streams
+from detp.core.gatherers import brute_force, compiled_index, disc_index, sphere_cache, streams
 from detp.core.gatherers.brute_force import BruteForce
 from detp.core.gatherers.choose import make_gatherer
+from detp.core.gatherers.compiled_index import CompiledIndex
 from detp.core.gatherers.disc_grid import DiscGrid
 from detp.core.gatherers.disc_index import DiscIndex
 from detp.core.gatherers.sphere_cache import SphereCache
@@ -27,6 +28,21 @@ def grid(cells_per_size):
         return DiscGrid(discs, size / cells_per_size)
 
     return partial(DiscIndex, index=index)
+
+
+def compiled_grid(cells_per_size=None):
+    """The compiled gatherer, with cells as for :func:`grid`."""
+
+    def make(discs):
+        pytest.importorskip("numba")
+        compiled.compile_now()
+        kernels = compiled.kernels() or pytest.skip("DETP_COMPILED=off")
+        if cells_per_size is None or len(discs) == 0:
+            return CompiledIndex(kernels, discs)
+        size = np.ptp(discs.centres, axis=0).max() + 2 * discs.radii.max()
+        return CompiledIndex(kernels, discs, size / cells_per_size)
+
+    return make
 
 
 def spheres(last=None, **options):
@@ -46,6 +62,9 @@ GATHERERS = {
     "grid of 7 cells": grid(7),
     "grid of 60 cells": grid(60),
     "tree": partial(DiscIndex, index="tree"),
+    "compiled grid": compiled_grid(),
+    "compiled grid of 1 cell": compiled_grid(0.9),
+    "compiled grid of 90 cells": compiled_grid(90),
     "spheres 0.3": spheres(q=0.3),
     "spheres 0.6": spheres(q=0.6),
     "spheres 0.9": spheres(q=0.9),
@@ -230,6 +249,8 @@ class TestContract:
 
     def test_chunks_are_bounded_and_independent_of_threads(self, make, monkeypatch):
         monkeypatch.setattr(disc_index, "SEGMENTS", 100)
+        monkeypatch.setattr(compiled_index, "SEGMENTS", 100)
+        monkeypatch.setattr(compiled_index, "PAIRS", 1000)
         monkeypatch.setattr(sphere_cache, "SEGMENTS", 100)
         monkeypatch.setattr(brute_force, "SEGMENTS", 2)
         monkeypatch.setattr(streams, "PAIRS", 1000)

@@ -1,0 +1,115 @@
+"""Disc Indexing compiled: each segment walks a grid over the discs by itself, many discs being tested side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ..discs import TangentDiscs
+from ..parallel import ordered_map
+from ..segments import Segments
+from ..space_filling import curve_order, mean_spacing
+from .counts import Counts
+from .disc_bounds import extents, sides
+from .disc_grid import grid_bounds
+from .empty_boxes import ANY_WAY, facing_octants
+from .gatherer import Crossings
+from .streams import PAIRS, in_lanes
+
+SEGMENTS = 1 << 16  # most segments that are searched one after the other
+CELLS = 1 << 20
+ENTRIES = 1 << 24  # most places of discs in cells before the ones that do not touch are left out
+
+#: What the walk counts.
+TALLIED = ("nodes", "patches", "listed", "discs", "tests")
+
+
+class CompiledIndex:
+    """The study's second gatherer over a uniform grid, in compiled code.
+
+    A crossing counts in the cell where the walk is at that crossing's t, so that each pair is found once. In a cell
+    the discs are first looked at in float32, LANES at a time, which leaves hardly more than the crossings to the
+    exact test. Hence its cells are larger than those of DiscGrid.
+
+    kernels  the compiled functions, see core/compiled
+    discs    the TangentDiscs to search
+    cell     side of the grid's cells in metres; None: what fits best
+    """
+
+    name = "disc-index"
+    index = "compiled grid"
+    chunk = SEGMENTS
+
+    def __init__(self, kernels, discs: TangentDiscs, cell: float | None = None):
+        self._kernels, self._count = kernels, len(discs)
+        if len(discs) == 0:
+            return
+        if cell is None:
+            cell = max(2.5 * mean_spacing(discs.centres), 1.8 * float(np.median(discs.radii)))
+        cell = grid_bounds(discs, CELLS, ENTRIES)(cell)
+        extent = extents(discs)
+        lower, upper = (discs.centres - extent).min(axis=0), (discs.centres + extent).max(axis=0)
+        # Cell i is centred at i. Walls on the scene's box then lie well inside their layer of cells.
+        pad = 0.125 * cell
+        size = (upper - lower + 2 * pad) / cell
+        self.cell, self._frame = cell, np.concatenate([lower - pad, [cell], size])
+        self._shape = np.ceil(size).astype(np.int64) + 1
+        self._order = curve_order(discs.centres)
+        self._discs = np.zeros((len(discs), 8))
+        for first, values in ((0, discs.centres), (3, discs.normals), (6, discs.radii[:, None])):
+            self._discs[:, first : first + values.shape[1]] = values[self._order]
+        self._build(sides(discs)[self._order], facing_octants(discs.normals)[self._order])
+
+    def _build(self, sides: np.ndarray, octants: np.ndarray) -> None:
+        kernels, shape, cells = self._kernels, self._shape, int(self._shape.prod())
+        local = self._discs[:, :7].copy()
+        local[:, :3] -= self._frame[:3]
+        local[:, [0, 1, 2, 6]] /= self.cell
+        counts, seen = np.zeros(kernels.SIDES * cells, np.int64), np.zeros(cells, np.uint8)
+        kernels.count(local, shape, sides, octants, counts, seen)
+        patches = np.count_nonzero(counts)
+        self._first_patch, self._block = np.empty(cells + 1, np.int64), np.empty(patches + 1, np.int64)
+        kernels.lay_out(counts, self._first_patch, self._block)
+        # Lanes without a disc hold one that is far away.
+        self._numbers = np.empty((int(self._block[-1]), 7, kernels.LANES), np.float32)
+        self._numbers[:] = np.array([1e9, 0, 0, 1, 0, 0, 0], np.float32)[:, None]
+        self._member = np.zeros((len(self._numbers), kernels.LANES), np.int32)
+        self._slabs = np.zeros((patches, 8), np.float32)
+        filled = np.zeros(patches, np.int64)
+        kernels.fill(local, shape, sides, counts, self._block, filled, self._numbers, self._member, self._slabs)
+        self._boxes = np.empty((ANY_WAY + 1, cells), np.uint8)
+
+        def grown(box: int) -> None:
+            if box == ANY_WAY:
+                kernels.distances(seen, shape, self._boxes[box])
+            else:
+                kernels.empty_boxes(seen, shape, box, self._boxes[box])
+
+        for _ in ordered_map(grown, range(ANY_WAY + 1)):
+            pass
+
+    def __len__(self) -> int:
+        return self._count
+
+    def crossings(self, segments: Segments, counts: Counts | None = None) -> Iterator[Crossings]:
+        """Yield all crossings of ``segments``, each pair once, in chunks of bounded size."""
+        if self._count == 0:
+            return iter(())
+        origins, ends = (np.require(rows, np.float64, ["C", "W"]) for rows in (segments.origins, segments.ends))
+        return in_lanes(len(segments), SEGMENTS, lambda rows: self._found(origins, ends, rows, counts))
+
+    def _found(self, origins, ends, rows: slice, counts: Counts | None) -> Iterator[Crossings]:
+        row = rows.start
+        while row < rows.stop:
+            segment, disc = np.empty((2, max(PAIRS, self._count)), np.int64)
+            begin, tally = row, np.zeros(5, np.int64)
+            row, found = self._kernels.crossings(
+                origins, ends, row, rows.stop, self._frame, self._shape, self._boxes, self._first_patch, self._block,
+                self._slabs, self._numbers, self._member, self._discs, self._order, segment, disc, tally,
+            )  # fmt: skip
+            if counts is not None:
+                numbers = {"segments": row - begin, "crossings": found} | dict(zip(TALLIED, tally, strict=True))
+                for kind, number in numbers.items():
+                    counts.note(kind, number)
+            yield Crossings(segment[:found].copy(), disc[:found].copy())

@@ -22,7 +22,8 @@ class CyclesBake:
 
     baked    the objects that were reached, all or, when the time was over, a random part of them
     refused  object -> why Cycles would not bake it
-    seconds  wall time of all objects; when only a part was reached, that part's time over its share of the objects
+    seconds  wall time of all objects; when only a part was reached, as :func:`extrapolated_seconds` tells
+    complete whether all were reached
     """
 
     baked: tuple[bpy.types.Object, ...]
@@ -62,10 +63,10 @@ def bake_with_cycles(
     for obj in layer.objects:
         obj.select_set(False)
     order = np.random.default_rng(0).permutation(len(objects))
-    baked, refused, passed = [], {}, 0.0
+    baked, refused, times = [], {}, []
     with blender_silenced():
         for place in order:
-            if passed > limit:
+            if sum(times) > limit:
                 break
             obj = objects[place]
             start = time.perf_counter()
@@ -77,9 +78,23 @@ def bake_with_cycles(
             except RuntimeError as error:
                 refused[obj.name] = str(error).strip().splitlines()[0].removeprefix("Error: ")
             obj.select_set(False)
-            passed += time.perf_counter() - start
-    reached = len(baked) + len(refused)
-    return CyclesBake(tuple(baked), refused, passed * len(objects) / max(1, reached), reached == len(objects))
+            times.append(time.perf_counter() - start)
+    corners = np.array([len(objects[place].data.loops) for place in order], float)
+    seconds = extrapolated_seconds(corners, np.array(times))
+    return CyclesBake(tuple(baked), refused, seconds, len(times) == len(objects))
+
+
+def extrapolated_seconds(corners: np.ndarray, times: np.ndarray) -> float:
+    """What objects with so many ``corners`` (K,) take when the first of them took ``times``: a + b corners each.
+
+    By least squares, and where that makes no sense because the first are few or alike, as long as the first on average.
+    """
+    known, rest = corners[: len(times)], corners[len(times) :]
+    if len(rest) and np.ptp(known) > 0:
+        slope, start = np.polyfit(known, times, 1)
+        if slope >= 0.0 and start >= 0.0:
+            return float(times.sum() + (start + slope * rest).sum())
+    return float(times.sum() / max(1, len(times)) * len(corners))
 
 
 def light_of(obj: bpy.types.Object, attribute: str = LIGHT) -> np.ndarray:

@@ -15,6 +15,9 @@ from .tradeoff_scene import ComparedScene
 #: an error smaller than this share of the reference's noise cannot be told from it, and counts as that much
 TOLD = 0.25
 
+#: errors at fewer points than these are not told, where Cycles reached only a part of the objects
+FEW = 100
+
 #: Cycles' time over ours at equal error: as its button is pressed, or all faces as one object; in proportion to the
 #: square of the error, or with the set-up counted once
 RATIOS = ("button", "button, set-up once", "one object", "one object, set-up once")
@@ -40,7 +43,7 @@ def findings(compared: ComparedScene, reference: Reference, measured: list[Measu
     if not lit.any():
         raise NoLightError("No corner that could be compared has light: there is no error to trade for time here.")
     rows = [_row(m, reference, points, lit) for m in measured]
-    known = [row for row in rows if row["group"] != "bounces" and np.isfinite(row["error"])]
+    known = [row for row in rows if row["group"] != "bounces" and row.get("complete", True)]
     front = pareto_front([row["seconds"] for row in known], [row["error"] for row in known])
     for row, best in zip(known, front, strict=True):
         row["front"] = bool(best)
@@ -59,7 +62,9 @@ def _row(measured: Measured, reference: Reference, points: np.ndarray, lit: np.n
     found = []
     for light in measured.light:
         here = points & np.isfinite(light)
-        found.append(figures(light[here], reference.light[here], reference.noise[here]))
+        enough = here.sum() >= min(FEW, points.sum())
+        told = figures(light[here], reference.light[here], reference.noise[here])
+        found.append(told if enough else {"points": told["points"]})
 
     def middle(name: str) -> float:
         return float(np.median([run.get(name, np.nan) for run in found]))

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from detp.core.settings import BakeSettings
 from detp.detp_addon.command import _parser
+from detp.detp_addon.cycles_bake import extrapolated_seconds
 from detp.detp_addon.face_copies import INWARD, Faces
 from detp.detp_addon.light_errors import equal_error_seconds, figures, pareto_front
 from detp.detp_addon.tradeoff_candidates import candidates
@@ -44,6 +45,14 @@ def test_time_at_equal_error_with_the_set_up_each_time_and_once():
     # A coarser error than that of one sample still needs one.
     assert equal_error_seconds(samples, seconds, errors, aim=0.8)[1] == pytest.approx(10.5)
     assert equal_error_seconds([8], [3.0], [0.2], aim=0.1) == pytest.approx((12.0, 12.0))
+
+
+def test_the_time_of_objects_that_were_not_reached_follows_their_corners():
+    corners = np.array([10.0, 40.0, 20.0, 1000.0, 30.0])
+    assert extrapolated_seconds(corners, 0.5 + 0.01 * corners) == pytest.approx(2.5 + 11.0)
+    assert extrapolated_seconds(corners, 0.5 + 0.01 * corners[:2]) == pytest.approx(2.5 + 11.0)
+    assert extrapolated_seconds(corners, np.array([2.0])) == pytest.approx(10.0)
+    assert extrapolated_seconds(corners, np.array([2.0, 1.0])) == pytest.approx(7.5)
 
 
 def test_corners_are_drawn_into_their_faces_and_lifted():

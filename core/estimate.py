@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .crossing_sums import CrossingSums
 from .discs import TangentDiscs
 from .errors import InvalidArrayError
 from .gatherers.gatherer import Crossings
@@ -113,28 +114,20 @@ class Accumulator:
     """
 
     def __init__(self, discs: TangentDiscs, segments: Segments, particles: int, visible: VisibleArea):
-        self._discs, self._segments, self._visible = discs, segments, visible
+        self._segments = segments
+        self._sums = CrossingSums(discs, segments, visible)
         self._scale = particles / visible.areas
         self._particles = particles
         self._repeated = RepeatedCrossings(len(discs), segments)
-        self._total = np.zeros((len(discs), 3))
-        self._squares = np.zeros((len(discs), 3))
 
     def add(self, crossings: Crossings) -> None:
         """Count these crossings in; each pair must come once."""
-        if len(crossings) == 0:
-            return
-        crossings = self._visible.kept(self._discs, self._segments, crossings)
-        self._repeated.add(crossings)
-        count = len(self._total)
-        for channel in range(3):
-            flux = self._segments.flux[crossings.segment, channel]
-            self._total[:, channel] += np.bincount(crossings.disc, flux, count)
-            self._squares[:, channel] += np.bincount(crossings.disc, flux * flux, count)
+        if len(crossings):
+            self._repeated.add(self._sums.add(crossings))
 
     def estimate(self) -> IrradianceEstimate:
         """What has been added up so far."""
         scale = self._scale[:, None]
-        squares = self._squares + self._repeated.products()
+        squares = self._sums.squares + self._repeated.products()
         single = (self._segments.flux**2).sum(axis=0) / max(len(self._segments), 1)
-        return IrradianceEstimate(self._total * scale, squares * scale**2, self._particles, single * scale**2)
+        return IrradianceEstimate(self._sums.total * scale, squares * scale**2, self._particles, single * scale**2)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from .compiled import kernels
 from .gatherers.gatherer import Crossings
 from .segments import Segments
 
@@ -46,6 +47,10 @@ class RepeatedCrossings:
         if not self._held:
             return found
         segment, disc = (np.concatenate([getattr(part, name) for part in self._held]) for name in ("segment", "disc"))
+        if (compiled := kernels(saving=0.0)) is not None:
+            flux = np.require(self._segments.flux, np.float64, ["C", "W"])
+            compiled.repeated_products(segment, disc, self._segments.particle.astype(np.uint32), flux, found)
+            return found * self._every
         key = (disc << 32) | self._segments.particle.take(segment)
         order = np.argsort(key)
         equal = np.diff(key.take(order)) == 0

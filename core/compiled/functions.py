@@ -2,5 +2,18 @@
 
 from .grid_build import LANES, SIDES, count, distances, empty_boxes, fill, lay_out
 from .grid_walk import crossings
+from .sums import add_up, repeated_products, sector
 
-__all__ = ["LANES", "SIDES", "count", "crossings", "distances", "empty_boxes", "fill", "lay_out"]
+__all__ = [
+    "LANES",
+    "SIDES",
+    "add_up",
+    "count",
+    "crossings",
+    "distances",
+    "empty_boxes",
+    "fill",
+    "lay_out",
+    "repeated_products",
+    "sector",
+]

@@ -6,12 +6,18 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
-from detp.core import compiled
+from detp.core import compiled, crossing_sums
 from detp.core.compiled import cache
+from detp.core.crossing_sums import CrossingSums
 from detp.core.discs import TangentDiscs
 from detp.core.gatherers import choose
 from detp.core.gatherers.choose import make_gatherer
+from detp.core.gatherers.disc_index import DiscIndex
+from detp.core.repeated_crossings import RepeatedCrossings
+from detp.core.segments import Segments
+from detp.core.visible_area import DIRECTIONS, VisibleArea
 
 PACKAGE = """
 from pathlib import Path
@@ -119,3 +125,69 @@ def test_large_searches_are_compiled_and_small_ones_are_not(kernels, monkeypatch
     monkeypatch.setattr(choose, "kernels", savings.append)
     assert make_gatherer("disc-index", discs, 100)[0].index != "compiled grid"
     assert savings[0] < compiled.LOADING
+
+
+def crossed(generator, count=4000, points=300):
+    """Discs with outlines cut off at random, segments of particles with several each, and their crossings."""
+    normals = generator.normal(size=(points, 3))
+    normals[:6] = np.concatenate([np.eye(3), -np.eye(3)])
+    discs = TangentDiscs.of_radius(generator.uniform(-1, 1, (points, 3)), normals, 0.4)
+    reach = 0.4 * np.minimum(1.0, generator.uniform(0.0, 1.5, (points, DIRECTIONS)))
+    reach[::3] = 0.4
+    partial = (reach < 0.4).any(axis=1)
+    nowhere = np.zeros(points, bool)
+    visible = VisibleArea(reach, discs.areas, partial, nowhere, nowhere)
+    flux = generator.exponential(size=(count, 3)) * np.where(np.arange(count) % 7 == 0, -1, 1)[:, None]
+    particle = generator.integers(0, 200, count).astype(np.uint32)
+    origins, ends = generator.uniform(-1.5, 1.5, (2, count, 3))
+    segments = Segments(origins, ends, flux, np.ones(count, np.uint16), particle)
+    return discs, visible, segments, list(DiscIndex(discs, "grid").crossings(segments))
+
+
+def test_sums_over_crossings_equal_those_of_numpy(kernels, monkeypatch):
+    monkeypatch.setattr(crossing_sums, "SHARED", 100)
+    discs, visible, segments, found = crossed(np.random.default_rng(1))
+    sums = {}
+    for how in ("off", "on"):
+        monkeypatch.setenv("DETP_COMPILED", how)
+        adding, repeated = CrossingSums(discs, segments, visible), RepeatedCrossings(len(discs), segments)
+        kept = [adding.add(crossings) for crossings in found]
+        for crossings in kept:
+            repeated.add(crossings)
+        rows = np.concatenate([np.stack([part.segment, part.disc]) for part in kept], axis=1)
+        sums[how] = rows, adding.total, adding.squares, repeated.products()
+    assert np.array_equal(sums["on"][0], sums["off"][0])
+    assert 0.3 < len(sums["on"][0][0]) / sum(map(len, found)) < 0.9 and np.abs(sums["on"][3]).sum() > 0
+    for one, other in zip(sums["on"][1:], sums["off"][1:], strict=True):
+        assert np.allclose(one, other, rtol=1e-12, atol=1e-12 * np.abs(other).max())
+
+
+def test_whole_discs_have_no_outlines(kernels):
+    discs, _, segments, found = crossed(np.random.default_rng(2))
+    nowhere = np.zeros(len(discs), bool)
+    whole = VisibleArea(np.empty((len(discs), 0)), discs.areas, nowhere, nowhere, nowhere)
+    adding = CrossingSums(discs, segments, whole)
+    assert sum(len(adding.add(crossings)) for crossings in found) == sum(map(len, found))
+
+
+@pytest.mark.parametrize("size", [1, 500])
+def test_threads_change_no_bit(kernels, monkeypatch, size):
+    monkeypatch.setattr(crossing_sums, "SHARED", size)
+    discs, visible, segments, found = crossed(np.random.default_rng(3))
+    totals = []
+    for threads in (1, 3):
+        monkeypatch.setattr(crossing_sums, "worker_count", lambda threads=threads: threads)
+        adding = CrossingSums(discs, segments, visible)
+        for crossings in found:
+            adding.add(crossings)
+        totals.append(np.stack([adding.total, adding.squares]))
+    assert np.array_equal(*totals)
+
+
+@pytest.mark.parametrize("x", [1.0, -1.0])
+@pytest.mark.parametrize("y", [1.0, -1.0])
+def test_sectors_are_those_of_the_angle(kernels, x, y):
+    angle = (np.arange(400) + 0.5) * (0.5 * np.pi / 400)  # on none of the borders
+    points = np.stack([x * np.cos(angle), y * np.sin(angle)], axis=1)
+    expected = np.floor(np.arctan2(points[:, 1], points[:, 0]) * (DIRECTIONS / (2 * np.pi))) % DIRECTIONS
+    assert [kernels.sector(*point) for point in points.tolist()] == expected.tolist()

@@ -1,0 +1,113 @@
+"""Adding crossings up: which lie in the visible part of their disc, their sums, and particles that come again."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+DIRECTIONS = 32  # corners of an outline, as in core/visible_area.py
+STRIPE = 64  # discs in a row that one thread adds up
+
+_ANGLES = np.arange(DIRECTIONS + 1) * (2.0 * math.pi / DIRECTIONS)
+_COSINES, _SINES = np.cos(_ANGLES), np.sin(_ANGLES)
+_TANGENTS = math.tan(_ANGLES[1]), math.tan(_ANGLES[2]), math.tan(_ANGLES[3])
+
+
+@njit("i8(f8, f8)", nogil=True, cache=True, error_model="numpy")
+def sector(x, y):
+    """In which of the equal sectors around the centre the point lies; on a border of two, either of them."""
+    wide, high = abs(x), abs(y)
+    small, large = min(wide, high), max(wide, high)
+    within = (small >= _TANGENTS[0] * large) + (small >= _TANGENTS[1] * large) + (small >= _TANGENTS[2] * large)
+    place = within if high < wide else DIRECTIONS // 4 - 1 - within
+    place = place if x >= 0.0 else DIRECTIONS // 2 - 1 - place
+    return place if y >= 0.0 else DIRECTIONS - 1 - place
+
+
+@njit(error_model="numpy")
+def _visible(origins, ends, segment, centres, normals, reach, disc):
+    """Whether the crossing lies inside the disc's outline: what core/visible_area.py does, and its `frames`."""
+    nx, ny, nz = normals[disc, 0], normals[disc, 1], normals[disc, 2]
+    ox, oy, oz = origins[segment, 0], origins[segment, 1], origins[segment, 2]
+    sx, sy, sz = ends[segment, 0] - ox, ends[segment, 1] - oy, ends[segment, 2] - oz
+    wx, wy, wz = centres[disc, 0] - ox, centres[disc, 1] - oy, centres[disc, 2] - oz
+    time = (wx * nx + wy * ny + wz * nz) / (sx * nx + sy * ny + sz * nz)
+    dx, dy, dz = time * sx - wx, time * sy - wy, time * sz - wz
+    sign = math.copysign(1.0, nz)
+    a = -1.0 / (sign + nz)
+    b = nx * ny * a
+    x = dx * (1.0 + sign * nx * nx * a) + dy * (sign * b) - dz * (sign * nx)
+    y = dx * b + dy * (sign + ny * ny * a) - dz * ny
+    at = sector(x, y)
+    one, other = reach[disc, at], reach[disc, (at + 1) % DIRECTIONS]
+    ax, ay = one * _COSINES[at], one * _SINES[at]
+    bx, by = other * _COSINES[at + 1], other * _SINES[at + 1]
+    return not (bx - ax) * (y - ay) < (by - ay) * (x - ax)
+
+
+@njit(
+    "void(i8[::1], i8[::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], b1[::1], i8, i8,"
+    " f8[:,::1], f8[:,::1], b1[::1])",
+    nogil=True,
+    cache=True,
+    error_model="numpy",
+)
+def add_up(segment, disc, origins, ends, flux, centres, normals, reach, partial, part, parts, total, squares, kept):
+    """Add the crossings ``segment``, ``disc`` (C,) up, where they lie in the visible part of their disc.
+
+    origins, ends, flux        (S, 3) of the segments
+    centres, normals, reach, partial   (N, ...) of the discs, see core/visible_area.py
+    part, parts                only every so-manieth stripe of discs is done, so that several threads share the work
+                               and each disc's sums have the same order
+    total, squares             (N, 3) of flux and its square, counted up
+    kept                       (C,) written for the stripes that are done
+    """
+    for row in range(len(disc)):
+        at = disc[row]
+        if at // STRIPE % parts != part:
+            continue
+        came = segment[row]
+        inside = not partial[at] or _visible(origins, ends, came, centres, normals, reach, at)
+        kept[row] = inside
+        if inside:
+            for channel in range(3):
+                value = flux[came, channel]
+                total[at, channel] += value
+                squares[at, channel] += value * value
+
+
+@njit("void(i8[::1], i8[::1], u4[::1], f8[:,::1], f8[:,::1])", nogil=True, cache=True, error_model="numpy")
+def repeated_products(segment, disc, particle, flux, found):
+    """What core/repeated_crossings.py looks for among the crossings ``segment``, ``disc`` (C,): ``found`` (N, 3) zeros.
+
+    particle, flux  (S,), (S, 3) of the segments
+    """
+    behind = np.zeros(len(found) + 1, np.int64)
+    for row in range(len(disc)):
+        behind[disc[row] + 1] += 1
+    for at in range(len(found)):
+        behind[at + 1] += behind[at]
+    # Disc by disc: the particle above, the crossing's row below.
+    keys = np.empty(len(disc), np.int64)
+    place = behind[:-1].copy()
+    for row in range(len(disc)):
+        keys[place[disc[row]]] = (np.int64(particle[segment[row]]) << 32) | row
+        place[disc[row]] += 1
+    for at in range(len(found)):
+        mine = keys[behind[at] : behind[at + 1]]
+        if len(mine) > 1:
+            mine.sort()
+            begin = 0
+            for row in range(1, len(mine) + 1):
+                if row == len(mine) or mine[row] >> 32 != mine[begin] >> 32:
+                    if row > begin + 1:
+                        for channel in range(3):
+                            together = alone = 0.0
+                            for one in range(begin, row):
+                                value = flux[segment[mine[one] & 0xFFFFFFFF], channel]
+                                together += value
+                                alone += value * value
+                            found[at, channel] += together * together - alone
+                    begin = row

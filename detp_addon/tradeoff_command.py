@@ -5,8 +5,10 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+from contextlib import suppress
 from pathlib import Path
 
+from ..core.compiled import compile_now, kernels
 from .files import check_readable, made_folder
 from .steps import printed
 from .tradeoff_candidates import GROUPS, NAMES
@@ -72,6 +74,7 @@ def _tradeoff(arguments: argparse.Namespace) -> int:
         from .tradeoff_scene import compared_scene
 
         warnings = open_blend(scene)
+    _compile_kernels()
     machine = report.machine()
     compared = printed(compared_scene(arguments.points or points))
     warnings = [*warnings, *compared.warnings]
@@ -135,8 +138,18 @@ def _options(arguments: argparse.Namespace) -> str:
     return f" -o FOLDER{flags}{text}"
 
 
+def _compile_kernels() -> None:
+    """Compile them if they can be used, so that the first bakes are not done without them."""
+    if os.environ.get("DETP_COMPILED", "") != "off":
+        with suppress(ImportError, OSError, RuntimeError):
+            compile_now()
+
+
 def _compiled() -> str:
-    return os.environ.get("DETP_COMPILED", "auto")
+    """Whether the bakes used compiled kernels."""
+    if os.environ.get("DETP_COMPILED", "") == "off":
+        return "off"
+    return "not used" if kernels(saving=0.0) is None else "used"
 
 
 def _count(text: str) -> int:

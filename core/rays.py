@@ -10,6 +10,7 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
 from .bounds import Bounds
+from .compiled import kernels
 from .parallel import ordered_map
 from .triangles import normals_and_areas
 
@@ -50,6 +51,9 @@ class RayCaster:
         self._centre = bounds.centre
         self._scale = 1.0 / bounds.radius if bounds.radius > 0 else 1.0
         self.tolerance = RELATIVE_TOLERANCE / self._scale
+        # A corner and the two edges from it, side by side: hit points come from all three.
+        first = corners[:, :1]
+        self._edged = np.concatenate([first, corners[:, 1:] - first], axis=1).reshape(-1, 9)
         local = ((corners - self._centre) * self._scale).astype(np.float32)
         self._embree = EmbreeScene()
         self._mesh = TriangleMesh(self._embree, np.ascontiguousarray(local))
@@ -61,8 +65,10 @@ class RayCaster:
         """Unit normals (T, 3) of the triangles by their winding, any direction where there is no area."""
         return normals_and_areas(self.corners)[0]
 
-    def first_hits(self, origins: np.ndarray, directions: np.ndarray) -> Hits:
+    def first_hits(self, origins: np.ndarray, directions: np.ndarray, distances: np.ndarray | None = None) -> Hits:
         """The nearest triangle along each ray: ``origins`` (R, 3) metres, ``directions`` (R, 3) unit vectors.
+
+        What is farther away than ``distances`` (R,) metres need not be found.
 
         Hit points come from the triangle's float64 corners and Embree's barycentric coordinates, which stays exact
         for needles and at grazing angles, where origin + distance * direction does not (Waechter and Binder 2019).
@@ -71,7 +77,8 @@ class RayCaster:
         triangle = np.full(count, -1, np.int64)
         points = np.zeros((count, 3))
         slices = [slice(start, start + RAYS_PER_SLICE) for start in range(0, count, RAYS_PER_SLICE)]
-        found = ordered_map(lambda rows: self._cast(origins[rows], directions[rows]), slices)
+        reach = self._reach(np.full(count, np.inf) if distances is None else distances)
+        found = ordered_map(lambda rows: self._cast(origins[rows], directions[rows], reach[rows]), slices)
         for rows, (hit_triangle, hit_points) in zip(slices, found, strict=True):
             triangle[rows] = hit_triangle
             points[rows] = hit_points
@@ -87,14 +94,23 @@ class RayCaster:
         reach = np.minimum(distances * self._scale, _FAR).astype(np.float32)
         return self._embree.run(self._local(origins), directions.astype(np.float32), reach, query="OCCLUDED") == 0
 
-    def _cast(self, origins, directions):
-        result = self._embree.run(self._local(origins), directions.astype(np.float32), output=1)
+    def _reach(self, distances: np.ndarray) -> np.ndarray:
+        """A little more than ``distances`` in the scaled scene: what rounding might leave out belongs to it."""
+        return np.minimum(distances * (1.0001 * self._scale) + 16 * RELATIVE_TOLERANCE, _FAR).astype(np.float32)
+
+    def _cast(self, origins, directions, reach):
+        # Embree overwrites the distances that it is given.
+        result = self._embree.run(self._local(origins), directions.astype(np.float32), reach.copy(), output=1)
         triangle = result["primID"].astype(np.int64)
-        u = result["u"].astype(np.float64)[:, None]
-        v = result["v"].astype(np.float64)[:, None]
-        corners = self.corners[triangle]
-        first = corners[:, 0]
-        return triangle, first + u * (corners[:, 1] - first) + v * (corners[:, 2] - first)
+        points = np.zeros((len(triangle), 3))
+        if (compiled := kernels(saving=0.0)) is not None:
+            compiled.hit_points(self._edged, triangle, result["u"], result["v"], points)
+            return triangle, points
+        hit = np.flatnonzero(triangle >= 0)
+        u, v = (result[name].take(hit).astype(np.float64)[:, None] for name in ("u", "v"))
+        edged = self._edged.take(triangle.take(hit), axis=0)
+        points[hit] = edged[:, :3] + u * edged[:, 3:6] + v * edged[:, 6:]
+        return triangle, points
 
     def _local(self, origins):
         return np.clip((origins - self._centre) * self._scale, -_FAR, _FAR).astype(np.float32)

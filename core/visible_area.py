@@ -15,6 +15,7 @@ import numpy as np
 from .discs import TangentDiscs
 from .enclosure import Enclosure
 from .gatherers.gatherer import Crossings
+from .parallel import ordered_map
 from .rays import RayCaster
 from .sampling import frames
 from .segments import Segments
@@ -115,8 +116,8 @@ def visible_discs(caster: RayCaster, discs: TangentDiscs, inward: np.ndarray | N
     step = np.clip(RAY_NUDGE * length, 8 * caster.tolerance, nudge)
     aside = discs.centres + np.minimum(step / np.maximum(length, step), 0.5)[:, None] * inward
     enclosure = Enclosure(caster)
-    for start in range(0, len(discs), POINTS_PER_CHUNK):
-        rows = slice(start, start + POINTS_PER_CHUNK)
+
+    def placed(rows: slice) -> VisibleDiscs:
         normals, radii = discs.normals[rows], discs.radii[rows]
         # From the point itself: a point moved aside in a hollow lies behind the surface before it is lifted. One moved
         # aside in a wedge has less room; what it meets from behind is the hollow.
@@ -131,9 +132,11 @@ def visible_discs(caster: RayCaster, discs: TangentDiscs, inward: np.ndarray | N
         lifted = TangentDiscs(based[rows] + lifts[:, None] * normals, normals, radii)
         origins = aside[rows] + np.minimum(step[rows], least)[:, None] * normals
         enclosed = enclosure.enclosed(origins, normals)
-        yield VisibleDiscs(
-            lifted, VisibleArea(reach, np.where(hidden, whole, areas), partial, hidden, enclosed), origins
-        )
+        area = VisibleArea(reach, np.where(hidden, whole, areas), partial, hidden, enclosed)
+        return VisibleDiscs(lifted, area, origins)
+
+    chunks = range(0, len(discs), POINTS_PER_CHUNK)
+    yield from ordered_map(placed, [slice(start, start + POINTS_PER_CHUNK) for start in chunks])
 
 
 def whole_discs(caster: RayCaster, discs: TangentDiscs) -> Iterator[VisibleDiscs]:
@@ -183,7 +186,7 @@ def _reach(caster: RayCaster, origins, normals, radii) -> np.ndarray:
     angle = (np.arange(DIRECTIONS) * (2 * np.pi / DIRECTIONS))[:, None]
     directions = (np.cos(angle) * first + np.sin(angle) * second).reshape(-1, 3)
     starts = np.repeat(origins, DIRECTIONS, axis=0)
-    hits = caster.first_hits(starts, directions)
+    hits = caster.first_hits(starts, directions, np.repeat(radii, DIRECTIONS))
     away = hits.points - starts
     distance = np.sqrt(np.einsum("ij,ij->i", away, away)).reshape(-1, DIRECTIONS)
     missed = hits.triangle.reshape(-1, DIRECTIONS) < 0

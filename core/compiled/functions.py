@@ -2,6 +2,7 @@
 
 from .grid_build import LANES, SIDES, count, distances, empty_boxes, fill, lay_out
 from .grid_walk import crossings
+from .hits import hit_points
 from .sums import add_up, repeated_products, sector
 
 __all__ = [
@@ -13,6 +14,7 @@ __all__ = [
     "distances",
     "empty_boxes",
     "fill",
+    "hit_points",
     "lay_out",
     "repeated_products",
     "sector",

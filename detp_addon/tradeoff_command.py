@@ -25,8 +25,8 @@ def add_tradeoff(commands) -> None:
     """Add the subcommand to argparse's ``commands``."""
     tradeoff = commands.add_parser(
         "tradeoff", help="measure error against time on a scene, beside Cycles",
-        description="Bake a scene with both gatherers, several radii and numbers of photons, the qualities, and "
-        "with Cycles, compare all with a converged reference, and write tradeoff.md, tradeoff.json, tradeoff.csv "
+        description="Bake a scene with both gatherers, several radii and numbers of photons, the qualities, targets, "
+        "and with Cycles, compare all with a converged reference, and write tradeoff.md, tradeoff.json, tradeoff.csv "
         "and plots (SVG, PNG). The scene itself is not changed.",
     )  # fmt: skip
     tradeoff.set_defaults(run=_tradeoff)
@@ -42,7 +42,11 @@ def add_tradeoff(commands) -> None:
     tradeoff.add_argument("--points", type=_count, metavar="N", help="face corners to compare at, about")
     tradeoff.add_argument("--runs", type=_count, metavar="N", help="of each bake, whose medians are told")
     tradeoff.add_argument(
-        "--bakes", type=_names, default=GROUPS, metavar="NAME,...", help=f"of {', '.join(NAMES)} (default: all)"
+        "--bakes",
+        type=_names,
+        default=GROUPS,
+        metavar="NAME,...",
+        help=f"of {', '.join(NAMES).replace('%', '%%')} (default: all)",
     )
     tradeoff.add_argument(
         "--cycles-seconds", type=_count, default=CYCLES_SECONDS, metavar="S",
@@ -70,7 +74,7 @@ def _tradeoff(arguments: argparse.Namespace) -> int:
         from .tradeoff_candidates import candidates
         from .tradeoff_figures import findings
         from .tradeoff_reference import converged_reference, reference_key
-        from .tradeoff_runs import Plan, all_runs
+        from .tradeoff_runs import Plan, Runs, one_round
         from .tradeoff_scene import compared_scene
 
         warnings = open_blend(scene)
@@ -84,21 +88,17 @@ def _tradeoff(arguments: argparse.Namespace) -> int:
     kept = Path(arguments.reference) if arguments.reference else folder / f"reference_{key}.npz"
     reference = printed(converged_reference(compared, kept, key, samples, noise))
     ours = candidates(compared.radius, arguments.quick, arguments.bakes)
-    measured = printed(all_runs(compared, Plan(ours, cycles, arguments.runs or runs, arguments.cycles_seconds)))
-    found = findings(compared, reference, measured)
-    warnings += _refused(measured)
-
-    facts = {
-        "scene": str(scene), "command": f"detp tradeoff {scene.name}{_options(arguments)}", "machine": machine,
-        "compiled": _compiled(), "warnings": warnings,
-    }  # fmt: skip
-    picture = _drawn(found, scene.stem, folder)
-    texts = {
-        "tradeoff.json": report.as_json(found, facts), "tradeoff.csv": report.as_csv(found),
-        "tradeoff.md": report.as_markdown(found, facts, picture),
-    }  # fmt: skip
-    for name, text in texts.items():
-        (folder / name).write_text(text, encoding="utf-8", newline="")
+    plan = Plan(ours, cycles, arguments.runs or runs, arguments.cycles_seconds)
+    measured = Runs.of(plan)
+    for run in range(plan.runs):
+        printed(one_round(measured, compared, plan, run))
+        # What has been measured so far is kept, should the rest take longer than anybody waits.
+        found = findings(compared, reference, measured.done)
+        facts = {
+            "scene": str(scene), "command": f"detp tradeoff {scene.name}{_options(arguments)}", "machine": machine,
+            "compiled": _compiled(), "warnings": warnings + _refused(measured.done),
+        }  # fmt: skip
+        report.write(found, facts, folder, _drawn(found, scene.stem, folder, quiet=run + 1 < plan.runs))
     print(f"Saved {folder / 'tradeoff.md'}, tradeoff.json and tradeoff.csv")
     return 0
 
@@ -109,15 +109,16 @@ def _refused(measured) -> list[str]:
     return [f"Cycles would not bake '{name}': {why}" for name, why in reasons.items()]
 
 
-def _drawn(found, title: str, folder: Path) -> bool:
-    """Draw the plots; without matplotlib say so and return False."""
+def _drawn(found, title: str, folder: Path, quiet: bool) -> bool:
+    """Draw the plots; without matplotlib say so, unless ``quiet``, and return False."""
     from .study_plots import NoPlotsError
     from .tradeoff_plots import draw
 
     try:
         draw(found, f"{title}: error against time", folder)
     except NoPlotsError as error:
-        print(f"detp: {error}", file=sys.stderr)
+        if not quiet:
+            print(f"detp: {error}", file=sys.stderr)
         return False
     return True
 

@@ -11,10 +11,19 @@ from .tradeoff_figures import Findings
 _ERRORS = {"error": "median error", "error 95": "95th percentile of the error"}
 
 _NAMES = {
-    "quality": "presets", "cycles": "Cycles, button", "inside": "Cycles, one object", "radius": "radii",
+    "quality": "presets", "error": "error aimed at", "time": "time given", "radius": "radii",
     "direct": "direct light by photons", "disc-index": "Disc Indexing", "sphere-cache": "Sphere Cache",
+    "cycles": "Cycles, button", "inside": "Cycles, one object",
 }  # fmt: skip
-_STYLES = {"quality": "k*", "cycles": "rs--", "inside": "m^--", "radius": "v", "direct": "x"}
+_STYLES = {
+    "quality": "k*",
+    "error": "kd:",
+    "time": "kP:",
+    "cycles": "rs--",
+    "inside": "m^--",
+    "radius": "v",
+    "direct": "x",
+}
 
 
 def draw(found: Findings, title: str, folder: Path) -> None:

@@ -38,6 +38,16 @@ setting up takes long. An error below a quarter of the reference's noise counts 
 light comes straight from the sun and is exact for both, the median says little: look at the other two."""
 
 
+def write(found: Findings, facts: dict, folder: Path, picture: bool) -> None:
+    """Write the three files into ``folder``; ``picture``: whether the plots are there."""
+    texts = {
+        "tradeoff.json": as_json(found, facts), "tradeoff.csv": as_csv(found),
+        "tradeoff.md": as_markdown(found, facts, picture),
+    }  # fmt: skip
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="utf-8", newline="")
+
+
 def as_json(found: Findings, facts: dict) -> str:
     """Everything: the rows, the points, the machine and what else ``facts`` say."""
     return json.dumps(_plain({**facts, "points": found.points, "runs": found.rows}), indent=1) + "\n"

@@ -112,6 +112,7 @@ def test_without_meshes_or_light_it_says_so_in_one_sentence(empty, tmp_path, cap
         (["scene.blend", "-o", "out", "--samples", "4,0"], 2, "whole number"),
         (["scene.blend", "-o", "out", "--bakes", "best"], 2, "unknown bakes 'best'"),
         (["scene.blend"], 2, "-o"),
+        (["--help"], 0, ""),
     ],
 )
 def test_wrong_usage(tmp_path, monkeypatch, capsys, arguments, status, said):

@@ -1,10 +1,12 @@
 """The method on one page: shadow rays for the direct light, and for the rest: trace photons, gather the segments that
-cross each disc, estimate, repeat."""
+cross each disc, estimate; repeat until the error, the time or the photons that were asked for are reached."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Generator
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
@@ -12,31 +14,35 @@ from .direct_light import DirectLight
 from .discs import TangentDiscs
 from .enclosure import hidden_points
 from .errors import NoMeshError
-from .estimate import Irradiance
 from .gatherers.choose import make_gatherer
-from .photon_light import PHOTONS_PER_GATHER, PhotonLight
-from .radius import check_radius, choose_radius
+from .guiding import learn_guide
+from .irradiance import Irradiance
+from .photon_light import PhotonLight
+from .radius import Disc, check_radius, chosen_disc
 from .rays import RayCaster
+from .refinement import Refinement
 from .scene import Scene
 from .settings import BakeSettings
 from .stopwatch import Stopwatch
 from .tracing import PhotonTracer
 from .visible_area import VisibleDiscs, visible_discs, whole_discs
 
+Result = TypeVar("Result")
+
 #: Particles whose segments tell which gatherer is the fastest.
 PILOT_PHOTONS = 1 << 11
-
-#: What the shadow rays are taken for in the progress, when photons follow.
-SHADOW_SHARE = 0.2
 
 
 @dataclass(frozen=True)
 class Progress:
-    """Where a bake stands: what it is doing, the share done (0..1), and the light found so far, if any."""
+    """Where a bake stands: what it is doing, and the share done (0..1).
+
+    ``found`` is its BakeResult so far, at once after a step that changed it, so that it can be shown; else None.
+    """
 
     phase: str
     fraction: float
-    light: Irradiance | None = None
+    found: BakeResult | None = None
 
 
 @dataclass(frozen=True)
@@ -49,6 +55,7 @@ class BakeResult:
     radius        of the discs, metres
     gatherer      name, and ``reason`` for its choice
     photons, segments   how many were traced and gathered
+    shadow_rays    how many were cast
     seconds       wall time by stage: radius, place (the discs), shadow (rays), trace, gather
     emitted_flux  (3,) W from all lights; ``cut_flux`` (3,) W that the bounce limit cut off
     """
@@ -61,6 +68,7 @@ class BakeResult:
     reason: str
     photons: int
     segments: int
+    shadow_rays: int
     seconds: dict[str, float]
     emitted_flux: np.ndarray
     cut_flux: np.ndarray
@@ -82,7 +90,7 @@ class BakeResult:
 
     @property
     def relative_error(self) -> float:
-        """Median over the lit points of standard error over irradiance, of the RGB sums; NaN when all are dark."""
+        """The share by which half of the lit points are likely to be off at most; NaN when all are dark."""
         return self.light.relative_error
 
 
@@ -100,19 +108,22 @@ def bake(
     """
     if len(centres) == 0:
         raise NoMeshError("There is no vertex to bake: choose at least one mesh with faces.")
+    start = time.perf_counter()
     stopwatch = Stopwatch("radius", "place", "shadow", "trace", "gather")
     yield Progress("Choosing the radius", 0.0)
     with stopwatch("radius"):
         caster = RayCaster(scene.corners)
         if settings.radius is not None:
             check_radius(settings.radius, scene)
-        radius = settings.radius or choose_radius(scene, caster, centres, normals, settings)
+            disc = Disc(settings.radius, settings.expected_photons)
+        else:
+            disc = chosen_disc(scene, caster, centres, normals, settings)
     with stopwatch("trace"):
         bounces = settings.bounces if settings.indirect else 0
         by_photons = settings.direct_by == "photons"
-        tracer = PhotonTracer(scene, caster, scene.bounds.expanded(2 * radius), bounces, by_photons)
+        tracer = PhotonTracer(scene, caster, scene.bounds.expanded(2 * disc.radius), bounces, by_photons)
 
-    discs = TangentDiscs.of_radius(centres, normals, radius)
+    discs = TangentDiscs.of_radius(centres, normals, disc.radius)
     placing = whole_discs(caster, discs) if settings.estimator == "plain" else visible_discs(caster, discs, inward)
     parts = []
     for part in stopwatch.timed("place", placing):
@@ -120,37 +131,59 @@ def bake(
         yield Progress("Placing the discs", 0.0)
     placed = VisibleDiscs.joined(parts)
 
-    direct, done = Irradiance.dark(len(discs)), 0.0
+    rays = None
     if settings.direct_by == "shadow-rays":
-        done = SHADOW_SHARE if settings.indirect else 1.0
         rays = DirectLight(scene, caster, placed.origins, placed.discs.normals, settings)
-        for share in stopwatch.timed("shadow", rays.rounds(0, settings.shadow_rounds)):
-            yield Progress("Casting shadow rays", share * done)
-        direct = rays.irradiance
-
     kinds = [kind for kind, wanted in (("direct", by_photons), ("indirect", settings.indirect)) if wanted]
-    light, count = direct, settings.photon_count if kinds else 0
     with stopwatch("gather"):
         pilot = tracer.trace(PILOT_PHOTONS, np.random.default_rng(settings.seed)).segments
-        expected = max(1, count * len(pilot) // PILOT_PHOTONS)
+        expected = max(1, disc.photons * len(pilot) // PILOT_PHOTONS) if kinds else 0
         searched = placed.discs if kinds else placed.discs.taken(slice(0))
         gatherer, reason = make_gatherer(settings.gatherer, searched, expected, pilot)
     photons = PhotonLight(tracer, gatherer, placed, kinds, settings.seed)
-    while photons.particles < count:
-        first, particles = photons.particles, min(PHOTONS_PER_GATHER, count - photons.particles)
-        for phase, share in photons.batch(particles, stopwatch):
-            yield Progress(phase, done + (1.0 - done) * (first + share * particles) / count, light)
-        light = direct + photons.part("direct") + photons.part("indirect")
-    return BakeResult(
-        direct=direct + photons.part("direct"),
-        indirect=photons.part("indirect"),
-        hidden=hidden_points(placed.area, light.value),
-        radius=radius,
-        gatherer=gatherer.name,
-        reason=reason,
-        photons=photons.particles,
-        segments=photons.segments,
-        seconds=stopwatch.seconds,
-        emitted_flux=tracer.emitted_flux,
-        cut_flux=photons.cut_flux,
-    )
+
+    def found() -> BakeResult:
+        by_rays = rays.irradiance if rays is not None else Irradiance.dark(len(discs))
+        direct, indirect = by_rays + photons.part("direct"), photons.part("indirect")
+        return BakeResult(
+            direct=direct,
+            indirect=indirect,
+            hidden=hidden_points(placed.area, direct.value + indirect.value),
+            radius=disc.radius,
+            gatherer=gatherer.name,
+            reason=reason,
+            photons=photons.particles,
+            segments=photons.segments,
+            shadow_rays=rays.done * rays.rays_per_round if rays is not None else 0,
+            seconds=stopwatch.seconds,
+            emitted_flux=tracer.emitted_flux,
+            cut_flux=photons.cut_flux,
+        )
+
+    refinement = Refinement(settings, rays, photons if kinds else None, stopwatch, start)
+    while (step := refinement.next()) is not None:
+        if step.rounds:
+            work = stopwatch.timed("shadow", rays.rounds(rays.done, rays.done + step.rounds))
+            for _ in work:
+                yield Progress("Casting shadow rays", refinement.fraction)
+        else:
+            if photons.particles == 0:
+                aiming = learn_guide(tracer, gatherer, placed, kinds, found().irradiance, settings.seed, disc.photons)
+                guide = yield from _during("Aiming the lights", stopwatch.timed("trace", aiming))
+                photons.aim(guide)
+            for phase in photons.batch(step.photons, stopwatch):
+                yield Progress(phase, refinement.fraction)
+        result = found()
+        refinement.observe(result.direct, result.indirect)
+        yield Progress("Refining", refinement.fraction, result)
+    return found()
+
+
+def _during(phase: str, steps: Generator[None, None, Result]) -> Generator[Progress, None, Result]:
+    """Progress in that ``phase`` for each of the ``steps``; returns what they return."""
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            return end.value
+        yield Progress(phase, 0.0)

@@ -12,10 +12,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from .emission import lights_of
-from .estimate import Irradiance, IrradianceEstimate
+from .irradiance import Irradiance
 from .lamp_choice import LampChoice
 from .lights.light import SHADOW_DIMENSIONS, Light
 from .low_discrepancy import scrambled_net
+from .parallel import ordered_map
 from .rays import RayCaster
 from .sampling import cosine_hemisphere
 from .scene import Scene
@@ -23,7 +24,7 @@ from .settings import BakeSettings
 from .shadows import Shadows
 
 #: Rays from each point in one round to the lamps, to each of the surroundings, and by chance; a power of two.
-RAYS_PER_ROUND = 16
+RAYS_PER_ROUND = 4
 
 #: Up to so many lamps without extent are all asked, exactly; of more, as of lamps with extent, some are chosen.
 MOST_SHARP_LAMPS = 32
@@ -38,6 +39,8 @@ class DirectLight:
     What one ray tells exactly is found once; the rest is the mean over rounds of rays, each of which is an independent
     estimate. Equal seeds give equal results on any number of threads. Surfaces farther than the settings' shadow
     distance do not shade a point from the world.
+
+    Attribute ``done``: how many rounds there were.
     """
 
     def __init__(
@@ -53,7 +56,8 @@ class DirectLight:
         self._sharp = sharp if len(sharp) <= MOST_SHARP_LAMPS else []
         self._lamps = [lamp for lamp in lamps if lamp not in self._sharp]
         self._exact = np.zeros_like(points)
-        self._estimate = IrradianceEstimate.empty(len(points))
+        self._total, self._squares = np.zeros_like(points), np.zeros_like(points)
+        self.done = 0
 
     @property
     def exact(self) -> bool:
@@ -61,29 +65,54 @@ class DirectLight:
         return not self._lamps and not self._surroundings
 
     @property
+    def rays_per_round(self) -> int:
+        """Rays that one round casts, of all points."""
+        kinds = bool(self._lamps) + bool(self._surroundings) + sum(light.aimed for light in self._surroundings)
+        return RAYS_PER_ROUND * len(self._points) * kinds
+
+    @property
     def irradiance(self) -> Irradiance:
-        """What has been found so far."""
-        found = self._estimate.irradiance
-        return Irradiance(found.value + self._exact, np.zeros_like(self._exact) if self.exact else found.standard_error)
+        """What has been found so far.
+
+        Few rounds that happen to agree do not prove that all would: to their own variance one of that relative size is
+        added which the rounds have at all points on average (an empirical Bayes estimate with the weight of one round).
+        """
+        rounds = max(self.done, 1)
+        mean = self._total / rounds
+        value = mean + self._exact
+        if self.exact or self.done < 2:
+            return Irradiance(value, np.full_like(value, 0.0 if self.exact else np.inf))
+        variance = np.maximum(self._squares / rounds - mean**2, 0.0) * (rounds / (rounds - 1))
+        relative = np.divide(variance, value**2, out=np.zeros_like(value), where=value > 0)
+        usual = np.minimum(relative, 1.0).mean(axis=0) * value**2
+        return Irradiance(value, np.sqrt(((rounds - 1) * variance + usual) / rounds**2))
 
     def rounds(self, first: int, last: int) -> Iterator[float]:
         """Cast the rays of the rounds from ``first`` to before ``last``, yielding the share of them done (0..1)."""
-        total, squares = np.zeros_like(self._points), np.zeros_like(self._points)
         starts = range(0, len(self._points), POINTS_PER_CHUNK)
-        for start in starts:
-            rows = slice(start, start + POINTS_PER_CHUNK)
-            points, normals = self._points[rows], self._normals[rows]
-            if first == 0:
-                for lamp in self._sharp:
-                    self._exact[rows] += self._aimed(lamp, points, normals, np.zeros((len(points), SHADOW_DIMENSIONS)))
+        chunks = [slice(start, start + POINTS_PER_CHUNK) for start in starts]
+        found = ordered_map(lambda rows: self._sums(rows, first, last), chunks)
+        for rows, (exact, sum_, sum_of_squares) in zip(chunks, found, strict=True):
+            self._exact[rows] += exact
+            self._total[rows] += sum_
+            self._squares[rows] += sum_of_squares
+            yield min(rows.stop / len(self._points), 1.0)
+        self.done = last
+
+    def _sums(self, rows: slice, first: int, last: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Of K points, what is exact (K, 3), found in the first round, and sums of the rounds and of their squares."""
+        points, normals = self._points[rows], self._normals[rows]
+        exact, total, squares = (np.zeros_like(points) for _ in range(3))
+        if first == 0:
+            for lamp in self._sharp:
+                exact += self._aimed(lamp, points, normals, np.zeros((len(points), SHADOW_DIMENSIONS)))
+        if not self.exact:
             choice = LampChoice(self._lamps, points, normals)
             for number in range(first, last):
-                if not self.exact:
-                    sample = self._round(choice, points, normals, self._generator(number, start))
-                    total[rows] += sample
-                    squares[rows] += sample**2
-                yield (start + len(points) * (number + 1 - first) / (last - first)) / len(self._points)
-        self._estimate = self._estimate.merged(IrradianceEstimate(total, squares, last - first))
+                sample = self._round(choice, points, normals, self._generator(number, rows.start))
+                total += sample
+                squares += sample**2
+        return exact, total, squares
 
     def _generator(self, number: int, start: int) -> np.random.Generator:
         return np.random.default_rng(np.random.SeedSequence(self._seed, spawn_key=(2, number, start)))

@@ -10,38 +10,10 @@ from .crossing_sums import CrossingSums
 from .discs import TangentDiscs
 from .errors import InvalidArrayError
 from .gatherers.gatherer import Crossings
+from .irradiance import Irradiance
 from .repeated_crossings import RepeatedCrossings
 from .segments import Segments
 from .visible_area import VisibleArea
-
-
-@dataclass(frozen=True)
-class Irradiance:
-    """Irradiance at N points, and how sure it is.
-
-    value           (N, 3) W/m^2, RGB
-    standard_error  (N, 3) W/m^2; inf where nothing is known of it
-    """
-
-    value: np.ndarray
-    standard_error: np.ndarray
-
-    @classmethod
-    def dark(cls, points: int) -> Irradiance:
-        """No light at all, for certain."""
-        return cls(np.zeros((points, 3)), np.zeros((points, 3)))
-
-    @property
-    def relative_error(self) -> float:
-        """Median over the lit points of standard error over irradiance, of the RGB sums; NaN when all are dark."""
-        mean = np.abs(self.value).sum(axis=1)
-        error = self.standard_error.sum(axis=1)
-        lit = mean > 0
-        return float(np.median(error[lit] / mean[lit])) if lit.any() else float("nan")
-
-    def __add__(self, other: Irradiance) -> Irradiance:
-        """Light from two independent estimates together."""
-        return Irradiance(self.value + other.value, np.hypot(self.standard_error, other.standard_error))
 
 
 @dataclass(frozen=True)
@@ -54,7 +26,7 @@ class IrradianceEstimate:
     total    (N, 3) sum of X over the samples, W/m^2, RGB
     squares  (N, 3) sum of X^2, (W/m^2)^2
     samples  how many there are
-    single   (N, 3) X^2 that one crossing more would bring, on average over all segments; 0 for shadow rays
+    single   (N, 3) X^2 that one crossing more would likely bring; 0 for shadow rays
     """
 
     total: np.ndarray
@@ -129,5 +101,18 @@ class Accumulator:
         """What has been added up so far."""
         scale = self._scale[:, None]
         squares = self._sums.squares + self._repeated.products()
-        single = (self._segments.flux**2).sum(axis=0) / max(len(self._segments), 1)
-        return IrradianceEstimate(self._sums.total * scale, squares * scale**2, self._particles, single * scale**2)
+        return IrradianceEstimate(
+            self._sums.total * scale, squares * scale**2, self._particles, self._single() * scale**2
+        )
+
+    def _single(self) -> np.ndarray:
+        """Squared flux (N, 3) of a crossing more: the mean of the disc's own crossings and one like those of all discs.
+
+        Aimed lights send particles of unlike flux to unlike places, so that all segments' mean says little of a disc.
+        As many equal crossings as would have the same sums count, (sum f)^2 / sum f^2.
+        """
+        total, squares = self._sums.total, self._sums.squares
+        equal = np.divide(total**2, squares, out=np.zeros_like(squares), where=squares > 0)
+        mean = (self._segments.flux**2).sum(axis=0) / max(len(self._segments), 1)
+        everywhere = np.divide(squares.sum(axis=0), equal.sum(axis=0), out=mean, where=equal.any(axis=0))
+        return (squares + everywhere) / (equal + 1.0)

@@ -6,8 +6,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from .estimate import Accumulator, Irradiance, IrradianceEstimate
+from .emission_guide import EmissionGuide
+from .estimate import Accumulator, IrradianceEstimate
 from .gatherers.gatherer import Gatherer
+from .irradiance import Irradiance
 from .parallel import ordered_map
 from .segments import Segments
 from .stopwatch import Stopwatch
@@ -23,14 +25,15 @@ PHOTONS_PER_GATHER = 1 << 18
 class PhotonLight:
     """What photons bring to ``placed`` discs: ``kinds`` of light, "direct", "indirect" or both, batch after batch.
 
-    Attributes: how many ``particles`` were traced so far, and how many of their ``segments`` were gathered.
+    Attributes: how many ``particles`` were traced so far, how many of their ``segments`` were gathered, and how many
+    ``crossings`` were found.
     """
 
     def __init__(self, tracer: PhotonTracer, gatherer: Gatherer, placed: VisibleDiscs, kinds: Sequence[str], seed: int):
         self._tracer, self._gatherer, self._placed, self._seed = tracer, gatherer, placed, seed
         self._estimates = {kind: IrradianceEstimate.empty(len(placed.discs)) for kind in kinds}
         self._cut = np.zeros(3)
-        self.particles = self.segments = 0
+        self.particles = self.segments = self.crossings = 0
 
     def part(self, kind: str) -> Irradiance:
         """The irradiance of one kind of light so far; none, for certain, of a kind that is not looked for."""
@@ -38,13 +41,17 @@ class PhotonLight:
             return self._estimates[kind].irradiance
         return Irradiance.dark(len(self._placed.discs))
 
+    def aim(self, guide: EmissionGuide) -> None:
+        """Let ``guide`` aim the lights; only before the first batch."""
+        self._tracer = self._tracer.guided(guide)
+
     @property
     def cut_flux(self) -> np.ndarray:
         """The (3,) W of the lights' flux that the bounce limit cut off."""
         return self._cut / max(self.particles, 1)
 
-    def batch(self, particles: int, stopwatch: Stopwatch) -> Iterator[tuple[str, float]]:
-        """Trace so many ``particles`` more and gather their segments; yields what is being done, and the share traced.
+    def batch(self, particles: int, stopwatch: Stopwatch) -> Iterator[str]:
+        """Trace so many ``particles`` more and gather their segments; yields what is being done.
 
         The time counts for the stopwatch's stages "trace" and "gather".
         """
@@ -54,13 +61,13 @@ class PhotonLight:
             lambda task: self._tracer.trace(task[0], self._generator(task[1]), task[1]),
             zip(shares, starts, strict=True),
         )
-        yield "Tracing photons", 0.0
+        yield "Tracing photons"
         parts = []
-        for share, start, traced in zip(shares, starts, stopwatch.timed("trace", traces), strict=True):
+        for share, traced in zip(shares, stopwatch.timed("trace", traces), strict=True):
             # Each part carries the scene's full power; in its batch it stands for its share of the particles.
             parts.append(traced.segments.weighted(share / particles))
             self._cut += traced.cut_flux * share
-            yield "Tracing photons", (start + share - self.particles) / particles
+            yield "Tracing photons"
         segments = Segments.joined(parts)
         self.segments += len(segments)
         self.particles += particles
@@ -68,12 +75,13 @@ class PhotonLight:
             for _ in self._gathered(
                 kind, segments.direct if kind == "direct" else segments.indirect, particles, stopwatch
             ):
-                yield "Gathering", 1.0
+                yield "Gathering"
 
     def _gathered(self, kind: str, segments: Segments, particles: int, stopwatch: Stopwatch) -> Iterator[None]:
         accumulator = Accumulator(self._placed.discs, segments, particles, self._placed.area)
         yield
         for crossings in stopwatch.timed("gather", self._gatherer.crossings(segments)):
+            self.crossings += len(crossings)
             with stopwatch("gather"):
                 accumulator.add(crossings)
             yield

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import time
+from dataclasses import dataclass
+
 import numpy as np
 
 from .direct_light import DirectLight
 from .discs import TangentDiscs
 from .errors import InvalidSettingError
-from .estimate import Accumulator, Irradiance
+from .estimate import Accumulator
 from .gatherers.choose import make_gatherer
+from .irradiance import Irradiance
 from .rays import RayCaster
 from .scene import Scene
-from .settings import BakeSettings
+from .settings import BakeSettings, error_for
 from .tracing import PhotonTracer
 from .visible_area import whole_discs
 
@@ -20,7 +24,7 @@ PILOT_PHOTONS = 1 << 15
 PILOT_POINTS = 2000
 
 #: Rounds of shadow rays from these points.
-PILOT_ROUNDS = 2
+PILOT_ROUNDS = 8
 
 #: Indirect light alone may have this many times the target error, so that it is smooth where no direct light hides it.
 INDIRECT_ALLOWANCE = 2.0
@@ -28,6 +32,10 @@ INDIRECT_ALLOWANCE = 2.0
 #: The automatic radius stays within these shares of the scene's radius: below, rounding would show; above, blur.
 SMALLEST_SHARE = 1e-5
 LARGEST_SHARE = 0.05
+
+#: Guesses for a bake of a given time: seconds to place a disc, and how much longer than tracing a photon all takes that
+#: is done for it, shadow rays included. The radius changes with the sixth root of such guesses.
+PLACING, FOR_A_PHOTON = 5e-5, 4.0
 
 #: A radius that a user asks for may be as small and as large, in radii of the scene: beyond, arithmetic breaks down.
 LEAST_WANTED, MOST_WANTED = 1e-12, 1e12
@@ -43,21 +51,30 @@ def check_radius(radius: float, scene: Scene) -> None:
         )
 
 
-def choose_radius(
-    scene: Scene, caster: RayCaster, centres: np.ndarray, normals: np.ndarray, settings: BakeSettings
-) -> float:
-    """Radius in metres at which the settings' photons give their target error at the median lit point.
+@dataclass(frozen=True)
+class Disc:
+    """The ``radius`` of all discs, metres, and the ``photons`` that the bake is likely to need with it."""
 
-    A pilot trace measures the relative standard error e0 with n0 particles at radius d0. The flux through a disc
+    radius: float
+    photons: int
+
+
+def chosen_disc(
+    scene: Scene, caster: RayCaster, centres: np.ndarray, normals: np.ndarray, settings: BakeSettings
+) -> Disc:
+    """The radius at which the expected photons give the settings' error at the median lit point.
+
+    A pilot trace measures the relative error e0 with n0 particles at radius d0. The flux through a disc
     grows as d^2 n, hence e = e0 (d0/d) sqrt(n0/n), solved for d. Light that shadow rays will bring counts in the
     irradiance, but not in the error; the indirect light alone may then have INDIRECT_ALLOWANCE times the target.
     ``centres`` and ``normals`` are (N, 3).
     """
+    start = time.perf_counter()
     size = scene.bounds.radius
     pilot_radius = LARGEST_SHARE * size
     by_photons = settings.direct_by == "photons"
     if not (settings.indirect or by_photons):
-        return pilot_radius
+        return Disc(pilot_radius, 0)
     generator = np.random.default_rng(np.random.SeedSequence(settings.seed, spawn_key=(0,)))
     rows = np.arange(len(centres))
     if len(rows) > PILOT_POINTS:
@@ -65,7 +82,9 @@ def choose_radius(
     (placed,) = whole_discs(caster, TangentDiscs.of_radius(centres[rows], normals[rows], pilot_radius))
     bounces = settings.bounces if settings.indirect else 0
     tracer = PhotonTracer(scene, caster, scene.bounds.expanded(pilot_radius), bounces, by_photons)
+    tracing = time.perf_counter()
     segments = tracer.trace(PILOT_PHOTONS, generator).segments
+    traced = time.perf_counter()
     accumulator = Accumulator(placed.discs, segments, PILOT_PHOTONS, placed.area)
     gatherer, _ = make_gatherer("disc-index", placed.discs, len(segments), segments)
     for crossings in gatherer.crossings(segments):
@@ -75,10 +94,15 @@ def choose_radius(
     if settings.direct_by == "shadow-rays":
         light += _certain_light(DirectLight(scene, caster, placed.origins, placed.discs.normals, settings))
         error = np.fmax(error / INDIRECT_ALLOWANCE, light.relative_error)
+    photons, target = settings.expected_photons, settings.target_error
+    if settings.seconds is not None and settings.photons is None and settings.error is None:
+        left = settings.seconds - (time.perf_counter() - start) - PLACING * len(centres)
+        photons = max(int(PILOT_PHOTONS * left / (FOR_A_PHOTON * (traced - tracing))), PILOT_PHOTONS)
+        target = error_for(photons)
     if not (np.isfinite(error) and error > 0):
-        return pilot_radius
-    radius = pilot_radius * error / settings.target_error * np.sqrt(PILOT_PHOTONS / settings.photon_count)
-    return float(np.clip(radius, SMALLEST_SHARE * size, LARGEST_SHARE * size))
+        return Disc(pilot_radius, photons)
+    radius = pilot_radius * error / target * np.sqrt(PILOT_PHOTONS / photons)
+    return Disc(float(np.clip(radius, SMALLEST_SHARE * size, LARGEST_SHARE * size)), photons)
 
 
 def _certain_light(direct: DirectLight) -> Irradiance:

@@ -7,16 +7,18 @@ from dataclasses import dataclass
 
 from .errors import InvalidSettingError
 
-#: quality -> (photons, relative standard error that the automatic radius aims at, rounds of shadow rays)
-QUALITIES = {
-    "draft": (1 << 18, 0.12, 8),
-    "preview": (1 << 21, 0.06, 16),
-    "final": (1 << 24, 0.04, 32),
-}
+#: quality -> error that it aims at: half of the lit points are to be off by less
+QUALITIES = {"draft": 0.08, "preview": 0.04, "final": 0.025}
+
+#: Particles with which an error of REFERENCE_ERROR is aimed at, and how their number grows as the error shrinks: noise
+#: falls as 1 / (d sqrt n), the blur of a disc of radius d grows as d^2, and where both shrink together n grows as e^-3.
+REFERENCE_PHOTONS, REFERENCE_ERROR, GROWTH = 1 << 21, 0.04, 3.0
+
+#: A quality gives up on its error at so many times the particles it counts on, an error that was asked for later.
+QUALITY_PATIENCE, ERROR_PATIENCE = 4, 64
 
 #: names of the gatherers a user may ask for
 GATHERERS = ("auto", "disc-index", "sphere-cache", "brute-force")
-
 
 #: visible: the part of each disc that its centre sees; plain: the whole disc, as in the study
 ESTIMATORS = ("visible", "plain")
@@ -27,9 +29,9 @@ DIRECT_LIGHT = ("shadow-rays", "photons", "none")
 
 @dataclass(frozen=True)
 class BakeSettings:
-    """How to bake. ``None`` takes the quality's value, or for the radius the automatic one.
+    """How to bake. ``None`` leaves the choice to the bake.
 
-    quality   draft, preview or final
+    quality   draft, preview or final: the error to bake to where neither photons nor error nor seconds are given
     photons   particles to emit, >= 1
     radius    of the tangent discs, metres, > 0
     bounces   most reflections of one photon path, >= 0
@@ -40,6 +42,8 @@ class BakeSettings:
     indirect  whether light is followed over reflections and refractions
     shadow_distance  metres, > 0, beyond which surfaces do not shade a point from the world (for ambient occlusion);
               None for no limit
+    error     bake until half of the lit points are estimated to be off by less than this share, in 0..1
+    seconds   bake for so long, > 0; whichever of photons, error and seconds comes first ends the bake
 
     Raises InvalidSettingError on anything else.
     """
@@ -54,6 +58,8 @@ class BakeSettings:
     direct: str | None = None
     indirect: bool = True
     shadow_distance: float | None = None
+    error: float | None = None
+    seconds: float | None = None
 
     def __post_init__(self):
         if self.quality not in QUALITIES:
@@ -66,6 +72,10 @@ class BakeSettings:
             raise InvalidSettingError(f"Unknown way to direct light '{self.direct}': choose {', '.join(DIRECT_LIGHT)}.")
         if self.direct == "none" and not self.indirect:
             raise InvalidSettingError("Without direct and indirect light nothing is left to bake: choose at least one.")
+        if self.error is not None and not 0 < self.error < 1:
+            raise InvalidSettingError(f"The error to aim at must lie between 0 and 100 %, not {self.error:.3g}.")
+        if self.seconds is not None and not (math.isfinite(self.seconds) and self.seconds > 0):
+            raise InvalidSettingError(f"The time to bake must be a finite number above 0 s, not {self.seconds:g}.")
         if self.photons is not None and self.photons < 1:
             raise InvalidSettingError(f"At least 1 photon is needed, not {self.photons}.")
         if self.radius is not None and not (math.isfinite(self.radius) and self.radius > 0):
@@ -78,21 +88,42 @@ class BakeSettings:
             raise InvalidSettingError(f"The seed must be 0 or more, not {self.seed}.")
 
     @property
-    def photon_count(self) -> int:
-        """Particles to emit."""
-        return self.photons if self.photons is not None else QUALITIES[self.quality][0]
+    def goal(self) -> float | None:
+        """The error at which the bake ends; None when time or photons alone end it."""
+        if self.error is not None:
+            return self.error
+        return QUALITIES[self.quality] if self.photons is None and self.seconds is None else None
 
     @property
     def target_error(self) -> float:
-        """Relative standard error at which the automatic radius aims."""
-        return QUALITIES[self.quality][1]
+        """The error at which the automatic radius aims."""
+        return self.error if self.error is not None else QUALITIES[self.quality]
 
     @property
-    def shadow_rounds(self) -> int:
-        """Rounds of shadow rays from each point (see core/direct_light.py)."""
-        return QUALITIES[self.quality][2]
+    def expected_photons(self) -> int:
+        """Particles that the bake is likely to need, when time does not limit them."""
+        return self.photons if self.photons is not None else photons_for(self.target_error)
+
+    @property
+    def most_photons(self) -> int | None:
+        """Particles after which the bake ends in any case; None when only its time ends it."""
+        if self.photons is not None:
+            return self.photons
+        if self.error is not None:
+            return ERROR_PATIENCE * photons_for(self.error)
+        return QUALITY_PATIENCE * photons_for(self.target_error) if self.seconds is None else None
 
     @property
     def direct_by(self) -> str:
         """How direct light is found, one of DIRECT_LIGHT."""
         return self.direct or ("photons" if self.estimator == "plain" else "shadow-rays")
+
+
+def photons_for(error: float) -> int:
+    """Particles with which the automatic radius aims at an ``error``, see REFERENCE_PHOTONS."""
+    return max(1, round(REFERENCE_PHOTONS * (REFERENCE_ERROR / error) ** GROWTH))
+
+
+def error_for(photons: float) -> float:
+    """The error at which the automatic radius aims with so many ``photons``."""
+    return REFERENCE_ERROR * (REFERENCE_PHOTONS / photons) ** (1.0 / GROWTH)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from contextlib import contextmanager
-from typing import TypeVar
+from typing import Any, TypeVar
 
 Step = TypeVar("Step")
 
@@ -28,12 +28,15 @@ class Stopwatch:
         finally:
             self.seconds[stage] += time.perf_counter() - start
 
-    def timed(self, stage: str, steps: Iterator[Step]) -> Iterator[Step]:
-        """The items of ``steps``; making them counts for ``stage``, what the caller does with them does not."""
+    def timed(self, stage: str, steps: Iterator[Step]) -> Generator[Step, None, Any]:
+        """The items of ``steps``; making them counts for ``stage``, what the caller does with them does not.
+
+        Returns what ``steps`` returns, if it is a generator.
+        """
         while True:
             with self(stage):
                 try:
                     step = next(steps)
-                except StopIteration:
-                    return
+                except StopIteration as end:
+                    return end.value
             yield step

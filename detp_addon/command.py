@@ -117,7 +117,14 @@ def _add_bake(commands) -> None:
         help="ambient occlusion: how near a surface must be to occlude (default: a fifth of the scene's radius)",
     )  # fmt: skip
     bake.add_argument("--quality", choices=tuple(QUALITIES), default=defaults.quality, help="(default: %(default)s)")
-    bake.add_argument("--photons", type=int, metavar="N", help="particles to emit (default: from the quality)")
+    bake.add_argument(
+        "--error", type=_share, metavar="5%",
+        help="bake until half of the lit points are off by less, however long it takes (default: from the quality)",
+    )  # fmt: skip
+    bake.add_argument(
+        "--time", type=_seconds, metavar="10s", help="bake each scene for so long, from opening to saving it"
+    )
+    bake.add_argument("--photons", type=int, metavar="N", help="particles to emit (default: as the error needs)")
     bake.add_argument("--radius", type=float, metavar="METRES", help="of the tangent discs (default: automatic)")
     bake.add_argument(
         "--bounces", type=int, default=defaults.bounces, metavar="N", help="at most (default: %(default)s)"
@@ -144,12 +151,26 @@ def _add_bake(commands) -> None:
     bake.add_argument("--quiet", action="store_true", help="print errors only")
 
 
+def _share(text: str) -> float:
+    """``5%`` or ``0.05``."""
+    return float(text.strip().removesuffix("%")) / 100 if text.strip().endswith("%") else float(text)
+
+
+def _seconds(text: str) -> float:
+    """``90``, ``90s``, ``1.5m`` or ``1h``."""
+    units = {"s": 1.0, "m": 60.0, "h": 3600.0}
+    text = text.strip().lower()
+    return float(text.rstrip("smh")) * units.get(text[-1:], 1.0)
+
+
 def _bake(arguments: argparse.Namespace) -> int:
     from .files import plan_outputs, plan_side_files
 
     settings = BakeSettings(
         quality=arguments.quality,
         photons=arguments.photons,
+        error=arguments.error,
+        seconds=arguments.time,
         radius=arguments.radius,
         bounces=arguments.bounces,
         seed=arguments.seed,

@@ -1,30 +1,35 @@
 """One bake of one Blender scene, step by step: read it, bake it, write the colours at the very end.
 
-The command line and the panel's operator drive the same generator.
+The command line and the panel's operator drive the same generator. Only the panel shows the colours before.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
+from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 
 import bpy
 import numpy as np
 
 from ..core.ambient_occlusion import ambient_occlusion
-from ..core.bake import BakeResult, bake
+from ..core.bake import BakeResult, Progress, bake
 from ..core.enclosure import unlit
 from ..core.errors import DetpError, InvalidSettingError, UnwritableFileError
 from ..core.settings import BakeSettings
 from .chosen_objects import chosen_objects
 from .element_values import QUANTITIES, quantity_values, spread
+from .live_colours import LiveColours
 from .reading.read_scene import BakeTarget, ExportedScene, read_scene
 from .report import BakeReport, counted
 from .write_attributes import MeshColours, check_attribute_name, element_count, faces_of, obstacle, write_colours
 
 #: where the colours live: each face's own light, or one colour per vertex
 DOMAINS = ("CORNER", "POINT")
+
+#: seconds to write the colour of one point, and the least time that is left to the bake itself
+WRITING, LEAST_SECONDS = 4e-6, 0.05
 
 #: share of the emitted flux that the bounce limit may cut without a warning
 HARMLESS_CUT = 0.01
@@ -73,23 +78,34 @@ class BakeRequest:
 
 @dataclass(frozen=True)
 class JobProgress:
-    """Where a job stands: what it is doing, the share done (0..1), and the seconds it still needs, if known."""
+    """Where a job stands: what it is doing, the share done (0..1), and the seconds it still needs, if known.
+
+    error   the share by which half of the lit points are likely to be off at most so far; None before there is light
+    """
 
     phase: str
     fraction: float
     remaining: float | None = None
+    error: float | None = None
 
 
 def bake_scene(
-    scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, request: BakeRequest
-) -> Generator[JobProgress, None, BakeReport]:
+    scene: bpy.types.Scene,
+    view_layer: bpy.types.ViewLayer,
+    request: BakeRequest,
+    live: LiveColours | None = None,
+    spent: float = 0.0,
+) -> Generator[JobProgress, bool | None, BakeReport]:
     """Bake ``scene`` as ``request`` says; yields a JobProgress often and returns the BakeReport.
 
-    Nothing of the user's is touched before the last step, so closing the generator leaves everything as it was; if
-    that step fails, what it wrote is taken back. An object that cannot be written becomes a warning; when none can,
+    Sending True ends the bake at once with what it has found, as soon as that is something. ``live`` shows the
+    colours meanwhile, and takes them back before the last step. ``spent`` seconds count against the time of the bake.
+
+    Nothing else of the user's is touched before the last step, so closing the generator leaves everything as it was;
+    if that step fails, what it wrote is taken back. An object that cannot be written becomes a warning; when none can,
     its error is raised. Raises DetpError.
     """
-    start = time.perf_counter()
+    start = time.perf_counter() - spent
     scene_name = scene.name
     yield JobProgress("Reading the scene", 0.0)
     export = read_scene(scene, view_layer, chosen_objects(scene, view_layer, request.targets), request.domain)
@@ -97,13 +113,22 @@ def bake_scene(
     targets, rows = _points_of(targets, len(export.centres))
     exported = time.perf_counter()
 
-    result = yield from _baked(export, rows, request)
+    found, stopped = None, False
+    with live or nullcontext():
+        for progress in _bake_steps(export, rows, request, start):
+            found = progress.found or found
+            if found is not None and live is not None and live.due and progress.found is not None:
+                begin = time.perf_counter()
+                live.show(_colours(_seen(targets, export, rows, found), found, request)[0], begin)
+            wish = yield _job_progress(progress, found, time.perf_counter() - exported)
+            stopped = stopped or bool(wish)
+            if stopped and found is not None:
+                break
+    result = found
 
     yield JobProgress("Writing the colours", 1.0)
     writing = time.perf_counter()
-    # A covered face that is dark belongs to things that touch; one that has light stands back to back with another.
-    hidden = result.hidden | (export.covered[rows] & unlit(result.irradiance))
-    targets = [_without_hidden(target, hidden) for target in targets]
+    targets = _seen(targets, export, rows, result)
     colours, gone = _colours(targets, result, request)
     notes = write_colours(colours, request.domain, request.attribute if request.activate else None)
     end = time.perf_counter()
@@ -115,6 +140,7 @@ def bake_scene(
         triangles=len(export.scene.triangles),
         lights=export.lights,
         photons=result.photons,
+        shadow_rays=result.shadow_rays,
         segments=result.segments,
         radius=result.radius,
         gatherer=result.gatherer,
@@ -130,7 +156,7 @@ def bake_scene(
         relative_error=result.relative_error,
         modelled=tuple(export.modelled),
         left_out=tuple(export.left_out),
-        warnings=(*export.warnings, *refusals, *gone, *notes, *_doubts(result)),
+        warnings=(*export.warnings, *refusals, *gone, *notes, *_doubts(result, request.settings, stopped)),
     )
 
 
@@ -171,20 +197,31 @@ def _points_of(targets: list[BakeTarget], count: int) -> tuple[list[BakeTarget],
     return moved, np.flatnonzero(used)
 
 
-def _baked(export: ExportedScene, rows: np.ndarray, request: BakeRequest) -> Generator[JobProgress, None, BakeResult]:
-    start = time.perf_counter()
+def _bake_steps(export: ExportedScene, rows: np.ndarray, request: BakeRequest, start: float) -> Iterator[Progress]:
+    """The steps of the core's bake, the last of which has the result; ``start`` is when the job began."""
     scene, settings = export.scene, request.settings
     if request.quantity == "ambient-occlusion":
         scene, settings = ambient_occlusion(scene, settings)
-    steps = bake(scene, export.centres[rows], export.normals[rows], settings, export.inward[rows])
-    while True:
-        try:
-            step = next(steps)
-        except StopIteration as stop:
-            return stop.value
-        passed = time.perf_counter() - start
-        remaining = passed * (1 - step.fraction) / step.fraction if 0.01 < step.fraction < 1 else None
-        yield JobProgress(step.phase, step.fraction, remaining)
+    if settings.seconds is not None:
+        # Writing takes about as long as reading did, and the core gets what is left between.
+        reading = time.perf_counter() - start
+        left = settings.seconds - reading - WRITING * len(rows)
+        settings = replace(settings, seconds=max(left, LEAST_SECONDS))
+    result = yield from bake(scene, export.centres[rows], export.normals[rows], settings, export.inward[rows])
+    yield Progress("Writing the colours", 1.0, result)
+
+
+def _job_progress(progress: Progress, found: BakeResult | None, passed: float) -> JobProgress:
+    share = progress.fraction
+    remaining = passed * (1 - share) / share if 0.01 < share < 1 else None
+    return JobProgress(progress.phase, share, remaining, None if found is None else found.relative_error)
+
+
+def _seen(targets: list[BakeTarget], export: ExportedScene, rows: np.ndarray, result: BakeResult) -> list[BakeTarget]:
+    """The targets with no point for corners that no light can reach."""
+    # A covered face that is dark belongs to things that touch; one that has light stands back to back with another.
+    hidden = result.hidden | (export.covered[rows] & unlit(result.irradiance))
+    return [_without_hidden(target, hidden) for target in targets]
 
 
 def _without_hidden(target: BakeTarget, hidden: np.ndarray) -> BakeTarget:
@@ -226,9 +263,18 @@ def _object(target: BakeTarget) -> bpy.types.Object | None:
     return bpy.data.objects.get((target.object_name, target.library))
 
 
-def _doubts(result: BakeResult) -> list[str]:
+def _doubts(result: BakeResult, settings: BakeSettings, stopped: bool) -> list[str]:
     """What in the result itself the user should know."""
     doubts = []
+    short = settings.goal is not None and result.relative_error > settings.goal * (1 + 1e-9)
+    if stopped:
+        doubts.append("The bake was stopped before its end, and what it had found was kept.")
+    elif short:
+        remedy = "ask for it by its number, to bake on" if settings.error is None else "allow a larger radius"
+        doubts.append(
+            f"The error of {settings.goal:.1%} that was aimed at was not reached with "
+            f"{counted(result.photons, 'photon')}: {remedy}, or choose a larger error."
+        )
     if not result.irradiance.any():
         doubts.append(
             f"None of {counted(result.photons, 'photon')} met a baked surface from its front: look for lights inside "

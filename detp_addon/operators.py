@@ -1,4 +1,4 @@
-"""What the panel's buttons do: bake, cancel, copy the report."""
+"""What the panel's buttons do: bake, cancel, stop, copy the report."""
 
 import time
 
@@ -6,8 +6,11 @@ import bpy
 
 from ..core.errors import DetpError
 from . import session
+from .forecasts import remember
 from .job import bake_scene
+from .live_colours import LiveColours
 from .properties import BakeOptions, bake_request, option_names, scene_options
+from .show_light import show_while
 
 #: seconds of work at a time; where Blender is slow to draw, as long as it was away, so that half the time is work
 SHORTEST_SLICE, LONGEST_SLICE = 0.07, 0.5
@@ -32,20 +35,23 @@ class DETP_OT_bake(BakeOptions, bpy.types.Operator):
 
     def execute(self, context):
         """Bake at once, from a script or in background mode; arguments that are not given come from the scene."""
+        self._live = False
         bake = self._begun(context)
         if bake is None:
             return {"CANCELLED"}
         bake.run()
-        return self._ended(bake)
+        return self._ended(context, bake)
 
     def invoke(self, context, _event):
         """Bake in slices, so that the window stays alive and Esc cancels."""
         if context.window is None:
             return self.execute(context)
+        self._live = self._wants_live(context)
         self._bake = self._begun(context)
         if self._bake is None:
             return {"CANCELLED"}
         self._workspace = context.workspace.name
+        self._unshow = show_while(context) if self._live else None
         self._timer = context.window_manager.event_timer_add(TICK, window=context.window)
         context.window_manager.modal_handler_add(self)
         self._worked = time.perf_counter()
@@ -59,6 +65,8 @@ class DETP_OT_bake(BakeOptions, bpy.types.Operator):
             if event.type == "ESC" and event.value == "PRESS":
                 self._bake.cancel()
                 swallowed = True
+            elif event.type == "TAB" and self._live:
+                swallowed = True  # what is shown could not be replaced in Edit Mode
             elif event.type == "Z" and (event.ctrl or event.oskey):
                 swallowed = True  # an undo would take the scene back behind what the bake has read
             elif event.type == "TIMER":
@@ -69,7 +77,7 @@ class DETP_OT_bake(BakeOptions, bpy.types.Operator):
                     raise
         if self._bake.outcome is not None:
             self._close(context)
-            return self._ended(self._bake)
+            return self._ended(context, self._bake)
         if time.perf_counter() > self._drawn + REDRAW or self._bake.progress.phase != self._phase:
             self._show_progress(context)
         return {"RUNNING_MODAL"} if swallowed else {"PASS_THROUGH"}
@@ -85,6 +93,9 @@ class DETP_OT_bake(BakeOptions, bpy.types.Operator):
         if bake is not None and bake.outcome is not None:
             self.layout.label(text=bake.outcome.message)
 
+    def _wants_live(self, context) -> bool:
+        return self.live if self.properties.is_property_set("live") else context.scene.detp.live
+
     def _begun(self, context) -> session.BakeSession | None:
         options = scene_options(context.scene.detp)
         for name in option_names():
@@ -97,15 +108,20 @@ class DETP_OT_bake(BakeOptions, bpy.types.Operator):
         except DetpError as error:
             self.report({"ERROR"}, str(error))
             return None
-        return session.begin(bake_scene(context.scene, context.view_layer, request))
+        live = LiveColours(request.domain, request.attribute if request.activate else None) if self._live else None
+        return session.begin(bake_scene(context.scene, context.view_layer, request, live))
 
     def _work(self):
         away = time.perf_counter() - self._worked
         self._bake.step(min(max(away, SHORTEST_SLICE), LONGEST_SLICE))
         self._worked = time.perf_counter()
 
-    def _ended(self, bake: session.BakeSession) -> set[str]:
+    def _ended(self, context, bake: session.BakeSession) -> set[str]:
         outcome = bake.outcome
+        if outcome.status == session.DONE:
+            remember(context.scene, context.view_layer, outcome.report)
+        elif self._live:
+            self._unshow()
         if outcome.status != session.DONE:
             self.report({"ERROR" if outcome.status == session.FAILED else "INFO"}, outcome.message)
             return {"CANCELLED"}
@@ -146,6 +162,25 @@ class DETP_OT_cancel(bpy.types.Operator):
         return {"FINISHED"}
 
 
+class DETP_OT_stop(bpy.types.Operator):
+    """End the bake now and keep the light it has found so far"""
+
+    bl_idname = "detp.stop"
+    bl_label = "Stop and Keep"
+    bl_options = {"INTERNAL"}
+
+    @classmethod
+    def poll(cls, _context):
+        """Once there is light to keep."""
+        bake = session.running()
+        return bake is not None and bake.progress.error is not None
+
+    def execute(self, _context):
+        """The bake operator sees it on its next tick."""
+        session.running().stop()
+        return {"FINISHED"}
+
+
 class DETP_OT_copy_report(bpy.types.Operator):
     """Copy the whole report of the last bake to the clipboard, with all warnings"""
 
@@ -180,4 +215,4 @@ def _redraw_sidebars(context) -> None:
                     region.tag_redraw()
 
 
-CLASSES = (DETP_OT_bake, DETP_OT_cancel, DETP_OT_copy_report)
+CLASSES = (DETP_OT_bake, DETP_OT_cancel, DETP_OT_stop, DETP_OT_copy_report)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import bpy
 
 from . import session
+from .forecasts import forecast_of
 from .report import BakeReport, counted
 from .show_light import shows_light
 
@@ -36,6 +37,8 @@ class DETP_PT_bake(_Tab, bpy.types.Panel):
         quality.scale_y = 1.2
         quality.prop(settings, "quality", expand=True)
         column = _settings_column(self.layout)
+        if settings.quality in ("ERROR", "TIME"):
+            column.prop(settings, {"ERROR": "error", "TIME": "seconds"}[settings.quality])
         column.row().prop(settings, "targets", expand=True)
         column.prop(settings, "gatherer")
         _automatic(column, settings, "auto_radius", "radius", "Radius")
@@ -45,6 +48,7 @@ class DETP_PT_bake(_Tab, bpy.types.Panel):
             row = self.layout.row()
             row.scale_y = 1.6
             row.operator("detp.bake", text="Bake", icon="LIGHT_SUN")
+            _draw_forecast(self.layout, context)
         else:
             _draw_progress(self.layout, bake)
 
@@ -67,6 +71,7 @@ class DETP_PT_advanced(_Tab, bpy.types.Panel):
             column.prop(settings, "split")
         column.prop(settings, "domain")
         column.prop(settings, "activate")
+        column.prop(settings, "live")
         column.separator()
         column.prop(settings, "direct")
         column.prop(settings, "indirect")
@@ -127,8 +132,21 @@ def _draw_progress(layout: bpy.types.UILayout, bake: session.BakeSession) -> Non
     bar.scale_y = 1.3
     bar.progress(factor=progress.fraction, type="BAR", text=f"{progress.phase}  {progress.fraction:.0%}")
     row = column.row(align=True)
-    row.label(text="" if progress.remaining is None else f"About {_duration(progress.remaining)} left")
+    left = "" if progress.remaining is None else f"About {_duration(progress.remaining)} left"
+    now = "" if progress.error is None or not math.isfinite(progress.error) else f"error {progress.error:.1%}"
+    row.label(text=", ".join(filter(None, (left, now))))
+    row = column.row(align=True)
+    row.operator("detp.stop", text="Stop and Keep", icon="PAUSE")
     row.operator("detp.cancel", text="Cancel", icon="X")
+
+
+def _draw_forecast(layout: bpy.types.UILayout, context) -> None:
+    """What the bake is likely to take, and how far off half of its points will be."""
+    forecast = forecast_of(context.scene, context.view_layer)
+    if forecast is not None:
+        row = layout.row()
+        row.active = False
+        row.label(text=f"About {_duration(forecast.seconds)}, error {forecast.error:.1%}", icon="TIME")
 
 
 def _draw_figures(layout: bpy.types.UILayout, report: BakeReport, units: bpy.types.UnitSettings) -> None:

@@ -13,8 +13,7 @@ PHOTONS_TIP = "How many photons the lights send out; four times as many halve th
 
 
 def _quality(identifier: str, name: str, use: str) -> tuple[str, str, str]:
-    photons, error, _ = QUALITIES[identifier.lower()]
-    return identifier, name, f"{use}: {photons / 1e6:.2g} million photons, aiming at an error of {error:.0%}"
+    return identifier, name, f"{use}: half of the points are to be off by less than {QUALITIES[identifier.lower()]:.1%}"
 
 
 # No "from __future__ import annotations" here: Blender reads the properties from the annotations' values.
@@ -27,13 +26,44 @@ class BakeOptions:
 
     quality: EnumProperty(
         name="Quality",
-        description="How much time to spend: more photons give less noise and finer detail",
+        description="When the light is good enough: a smaller error takes more time and shows finer detail",
         items=[
             _quality("DRAFT", "Draft", "A quick look"),
             _quality("PREVIEW", "Preview", "Good enough to judge the light"),
             _quality("FINAL", "Final", "The light to keep"),
+            ("ERROR", "Error", "Bake until an error of your choice is reached"),
+            ("TIME", "Time", "Bake for a time of your choice, and get the best that it allows"),
         ],
         default="PREVIEW",
+        options={"SKIP_SAVE"},
+    )
+    error: FloatProperty(
+        name="Error",
+        description="Half of the points are to be off by less, as far as can be estimated",
+        subtype="PERCENTAGE",
+        min=0.1,
+        soft_min=0.5,
+        soft_max=20.0,
+        max=99.0,
+        default=5.0,
+        precision=1,
+        options={"SKIP_SAVE"},
+    )
+    seconds: FloatProperty(
+        name="Time",
+        description="How long the bake takes, from reading the scene to writing the colours",
+        unit="TIME_ABSOLUTE",
+        min=0.1,
+        soft_min=1.0,
+        soft_max=600.0,
+        default=10.0,
+        options={"SKIP_SAVE"},
+    )
+    live: BoolProperty(
+        name="Show While Baking",
+        description="Show the light in the viewport as soon as there is some, ever better until the bake is done. "
+        "Cancelling takes it back",
+        default=True,
         options={"SKIP_SAVE"},
     )
     targets: EnumProperty(
@@ -201,8 +231,8 @@ class DETP_PG_settings(BakeOptions, bpy.types.PropertyGroup):
         precision=3,
     )
     auto_photons: BoolProperty(
-        name="From Quality",
-        description="Send out as many photons as the quality says",
+        name="As Needed",
+        description="Send out as many photons as the error or the time asks for",
         default=True,
     )
     photons: IntProperty(
@@ -210,7 +240,7 @@ class DETP_PG_settings(BakeOptions, bpy.types.PropertyGroup):
         description=PHOTONS_TIP,
         min=1,
         soft_min=1000,
-        default=QUALITIES["preview"][0],
+        default=BakeSettings().expected_photons,
     )
 
 
@@ -231,8 +261,11 @@ def scene_options(settings: DETP_PG_settings) -> dict:
 
 def bake_request(options: dict) -> BakeRequest:
     """The BakeRequest that the operator's arguments mean. Raises InvalidSettingError."""
+    goal = options["quality"].lower()
     settings = BakeSettings(
-        quality=options["quality"].lower(),
+        quality=goal if goal in QUALITIES else "preview",
+        error=options["error"] / 100.0 if goal == "error" else None,
+        seconds=options["seconds"] if goal == "time" else None,
         photons=options["photons"] or None,
         radius=options["radius"] or None,
         bounces=options["bounces"],

@@ -17,11 +17,11 @@ class BakeReport:
     scene           the scene's file, or its name in Blender
     objects         written; ``points`` estimated for them, from ``triangles`` and ``lights``
     filled          elements that no estimation point could serve, filled from their neighbours
-    photons, segments   traced
+    photons, segments   traced, and ``shadow_rays`` cast
     radius          of the tangent discs, metres
     gatherer        that found the crossings, and ``gatherer_reason`` for its choice
     seconds         of each of STAGES, and their total
-    relative_error  estimated: median over the lit points of standard error over irradiance; NaN when all are dark
+    relative_error  estimated: the share by which half of the lit points are off at most; NaN when all are dark
     modelled        features of the scene that were found and needed; ``left_out`` those that were not honoured
     warnings        one sentence each
     output          the file written, or None inside Blender
@@ -34,6 +34,7 @@ class BakeReport:
     triangles: int
     lights: int
     photons: int
+    shadow_rays: int
     segments: int
     radius: float
     gatherer: str
@@ -58,7 +59,7 @@ class BakeReport:
         error = f"{self.relative_error:.1%}".replace("%", " %") if math.isfinite(self.relative_error) else "unknown"
         return (
             f"Baked {counted(self.objects, 'object')}, {counted(self.points, 'point')} with "
-            f"{counted(self.photons, 'photon')} in {self.seconds['total']:.1f} s; estimated error {error} "
+            f"{counted(self.photons, 'photon')} in {self.seconds['total']:.1f} s; median error {error} "
             f"(radius {self.radius:.3g} m, {self.gatherer})."
         )
 

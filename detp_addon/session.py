@@ -34,6 +34,8 @@ class BakeSession:
     def __init__(self, steps: Generator[JobProgress, None, BakeReport]):
         self._steps = steps
         self._phases: set[str] = set()
+        self._stop: bool | None = None
+        self._begun = False  # a generator takes nothing before its first step
         self.progress = JobProgress("Starting", 0.0)
         self.outcome: Outcome | None = None
 
@@ -45,7 +47,8 @@ class BakeSession:
         deadline = time.perf_counter() + seconds
         while self.outcome is None:
             try:
-                self.progress = next(self._steps)
+                self.progress = self._steps.send(self._stop if self._begun else None)
+                self._begun = True
             except StopIteration as stop:
                 self.outcome = Outcome(DONE, stop.value.headline(), stop.value)
             except DetpError as error:
@@ -64,6 +67,10 @@ class BakeSession:
         """Work to the end; raises as :meth:`step` does."""
         while self.outcome is None:
             self.step(math.inf)
+
+    def stop(self) -> None:
+        """Let the bake end as soon as it can, and keep what it has found."""
+        self._stop = True
 
     def cancel(self, message: str = "The bake was cancelled; nothing was changed.") -> None:
         """End without writing anything; does nothing when the bake is over."""

@@ -7,7 +7,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..core.radius import choose_radius
+from ..core.radius import chosen_disc
 from ..core.rays import RayCaster
 from ..core.segments import Segments
 from ..core.settings import BakeSettings
@@ -32,7 +32,7 @@ def load_study_scene(name: str, path: Path, segments: int) -> StudyScene:
         export = read_scene(bpy.context.scene, bpy.context.view_layer, None, "CORNER")
     caster = RayCaster(export.scene.corners)
     settings = BakeSettings(quality="preview")
-    radius = choose_radius(export.scene, caster, export.centres, export.normals, settings)
+    radius = chosen_disc(export.scene, caster, export.centres, export.normals, settings).radius
     tracer = PhotonTracer(export.scene, caster, export.scene.bounds.expanded(2 * radius), settings.bounces)
     parts: list[Segments] = []
     while sum(map(len, parts)) < segments:

@@ -91,10 +91,7 @@ def write_colours(colours: list[MeshColours], domain: str, shown: str | None = N
     with ExitStack() as undo:
         copied = _separate_meshes([entry.object for entry in colours], undo)
         for entry in colours:
-            for name, rgb in entry.layers.items():
-                _write(entry.object, name, rgb, domain, undo)
-            if shown is not None:
-                _show(entry.object.data, shown, shown)
+            write_layers(entry, domain, shown, undo)
         undo.pop_all()
     notes = []
     if len(copied) == 1:
@@ -112,6 +109,14 @@ def write_colours(colours: list[MeshColours], domain: str, shown: str | None = N
     if too_bright:
         notes.append(f"The light is brighter than a colour can hold, and was cut there, on {_some(too_bright)}.")
     return notes
+
+
+def write_layers(entry: MeshColours, domain: str, shown: str | None, undo: ExitStack) -> None:
+    """Write the colours of one entry to its object's own mesh; closing ``undo`` takes back what has been written."""
+    for name, rgb in entry.layers.items():
+        _write(entry.object, name, rgb, domain, undo)
+    if shown is not None:
+        _show(entry.object.data, shown, shown)
 
 
 def _some(names: list[str]) -> str:

@@ -14,8 +14,8 @@ from PIL import Image
 from small_scenes import colours, cube, grid, lamp, opened, painted, saved
 
 KEYS = (
-    "scene output objects points triangles lights photons segments radius gatherer seconds relative_error modelled "
-    "left_out warnings"
+    "scene output objects points triangles lights photons shadow_rays segments radius gatherer seconds "
+    "relative_error modelled left_out warnings"
 ).split()
 QUICK = ["--photons", "20000", "--radius", "0.3"]
 

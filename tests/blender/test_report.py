@@ -11,6 +11,7 @@ REPORT = BakeReport(
     filled=3,
     triangles=12,
     lights=2,
+    shadow_rays=1_000_000,
     photons=2097152,
     segments=9,
     radius=0.25,
@@ -28,7 +29,8 @@ def test_json_has_every_key_in_a_stable_order():
     entry = REPORT.as_json()
     assert list(entry)[:6] == ["scene", "output", "objects", "points", "filled", "triangles"]
     assert set(entry) == {
-        "scene", "output", "objects", "points", "triangles", "lights", "photons", "segments", "radius", "gatherer",
+        "scene", "output", "objects", "points", "triangles", "lights", "photons", "shadow_rays", "segments", "radius",
+        "gatherer",
         "seconds", "relative_error", "modelled", "left_out", "warnings", "filled", "gatherer_reason",
     }  # fmt: skip
     assert set(entry["seconds"]) == {"export", "shadow", "trace", "gather", "write", "total"}
@@ -38,12 +40,12 @@ def test_json_has_every_key_in_a_stable_order():
 def test_an_error_that_does_not_exist_is_null_and_said_to_be_unknown():
     dark = BakeReport(**{**REPORT.__dict__, "relative_error": float("nan")})
     assert json.loads(to_json([dark.as_json()]))[0]["relative_error"] is None
-    assert "estimated error unknown" in dark.headline()
+    assert "median error unknown" in dark.headline()
 
 
 def test_people_read_counts_and_everything_that_was_noticed():
     assert REPORT.headline() == (
-        "Baked 1 object, 45 210 points with 2.1 M photons in 3.8 s; estimated error 5.2 % (radius 0.25 m, disc-index)."
+        "Baked 1 object, 45 210 points with 2.1 M photons in 3.8 s; median error 5.2 % (radius 0.25 m, disc-index)."
     )
     assert REPORT.details() == [
         "Modelled: 2 point lights, diffuse bounces.",

@@ -184,9 +184,13 @@ def test_direct_and_indirect_add_up_whichever_way_direct_light_is_found():
     }
     whole = results["shadow-rays", True]
     assert np.array_equal(whole.irradiance, whole.direct.value + whole.indirect.value)
-    assert np.array_equal(whole.direct.value, results["shadow-rays", False].irradiance)
-    assert np.allclose(whole.indirect.value, results["none", True].irradiance)
-    assert np.allclose(whole.indirect.value, results["photons", True].indirect.value)
+    for other in (results["none", True], results["photons", True]):
+        # Lights are aimed by what else there is, so that only the expectation is the same.
+        error = np.hypot(whole.indirect.standard_error, other.indirect.standard_error)
+        assert (np.abs(whole.indirect.value - other.indirect.value) < 4 * error).all()
+    alone = results["shadow-rays", False]
+    error = np.hypot(whole.direct.standard_error, alone.standard_error)
+    assert (np.abs(whole.direct.value - alone.irradiance) < 4 * error).all()
     assert (results["none", True].direct.value == 0).all() and results["shadow-rays", False].photons == 0
     both = results["photons", True]
     z = (whole.irradiance - both.irradiance) / np.hypot(whole.standard_error, both.standard_error)
@@ -196,11 +200,11 @@ def test_direct_and_indirect_add_up_whichever_way_direct_light_is_found():
 def test_ambient_occlusion_is_the_open_share_within_its_distance():
     wall = np.array([(0, -50, 0), (0, 50, 0), (0, 50, 100), (0, -50, 100)], float)
     scene = scene_of(plane(), wall)
-    points, normals = np.array([(0.01, 0, 0), (2.0, 0, 0), (9, 0, 0)]), np.tile(UP, (3, 1))
-    sky, settings = ambient_occlusion(scene, BakeSettings("final", shadow_distance=3.0))
+    points, normals = np.repeat([(0.01, 0, 0), (2.0, 0, 0), (9, 0, 0)], 40, axis=0), np.tile(UP, (120, 1))
+    sky, settings = ambient_occlusion(scene, BakeSettings(error=0.004, shadow_distance=3.0))
     result = finished(bake(sky, points, normals, settings))
     # At the wall half the sky is hidden within any distance; three metres from it nothing is.
-    open_share = result.irradiance[:, 0] / np.pi
+    open_share = result.irradiance[:, 0].reshape(3, 40).mean(axis=1) / np.pi
     assert open_share[0] == pytest.approx(0.5, abs=0.01) and open_share[2] == pytest.approx(1)
     # A wall at distance x hides what lies within the cone of angle acos(x / 3) about its normal.
     x, reach = 2.0, 3.0

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from detp.core.discs import TangentDiscs
 from detp.core.errors import InvalidArrayError
-from detp.core.estimate import Accumulator, Irradiance, IrradianceEstimate
+from detp.core.estimate import Accumulator, IrradianceEstimate
 from detp.core.gatherers.gatherer import Crossings
+from detp.core.irradiance import Irradiance
 from detp.core.rays import RayCaster
 from detp.core.segments import Segments
 from detp.core.visible_area import whole_discs
@@ -28,9 +29,10 @@ def simulated(particles, seed, share=0.05):
 
 
 def with_one_more(each):
-    """The standard error (3,) of the mean of ``each`` (n, 3), counting one crossing more of a mean square of 1/2."""
+    """The standard error (3,) of the mean of ``each`` (n, 3), counting one crossing more, of sum X^2 / sum X."""
     count = len(each)
-    return np.sqrt((each.var(axis=0) + 0.5 / count) / (count - 1))
+    more = ((each**2).sum(axis=0) / each.sum(axis=0)) ** 2
+    return np.sqrt((each.var(axis=0) + more / count) / (count - 1))
 
 
 def test_mean_and_standard_error_are_those_of_the_particles():
@@ -47,6 +49,20 @@ def test_merged_estimates_are_the_estimate_of_all_particles():
     assert merged.irradiance.value[0] == pytest.approx(each.mean(axis=0))
     assert merged.irradiance.standard_error[0] == pytest.approx(with_one_more(each), rel=1e-3)
     assert np.array_equal(IrradianceEstimate.empty(1).merged(first).total, first.total)
+
+
+def test_bright_light_elsewhere_does_not_make_a_dim_disc_uncertain():
+    particles, flux = 10_000, np.repeat([[1.0], [100.0]], 5_000, axis=0) * np.ones(3)
+    discs = TangentDiscs.of_radius(np.zeros((2, 3)), [(0, 0, 1)] * 2, np.sqrt(1 / np.pi))
+    segments = Segments(np.zeros((particles, 3)), np.zeros((particles, 3)), flux, np.zeros(particles, np.uint16))
+    (placed,) = whole_discs(RayCaster(np.eye(3)[None]), discs)
+    accumulator = Accumulator(discs, segments, particles, placed.area)
+    dim, bright = np.arange(0, 100), np.arange(5_000, 5_100)
+    accumulator.add(Crossings(np.concatenate([dim, bright]), np.repeat([0, 1], 100)))
+    found = accumulator.estimate().irradiance
+    # 100 and one crossing more; the one is partly like those of the other disc.
+    assert found.standard_error[0] / found.value[0] == pytest.approx(np.full(3, np.sqrt(1.5) / 10), rel=0.01)
+    assert found.standard_error[1] / found.value[1] == pytest.approx(np.full(3, np.sqrt(1.01) / 10), rel=0.01)
 
 
 def test_the_standard_error_covers_the_truth_as_often_as_it_says():
@@ -79,5 +95,6 @@ def test_light_of_two_kinds_adds_up_and_so_do_the_variances():
     both = first + Irradiance(np.full((1, 3), 1.0), np.full((1, 3), 0.4))
     assert both.value[0] == pytest.approx(3.0)
     assert both.standard_error[0] == pytest.approx(0.5)
-    assert both.relative_error == pytest.approx(1 / 6)
+    assert both.relative_errors == pytest.approx(1 / 6)
+    assert both.relative_error == pytest.approx(0.6745 / 6, rel=2e-3)
     assert (first + Irradiance.dark(1)).standard_error[0] == pytest.approx(0.3)

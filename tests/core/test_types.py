@@ -85,7 +85,18 @@ def test_discs_make_normals_unit_and_refuse_those_without_direction():
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"photons": 0}, {"bounces": -1}, {"seed": -1}, {"quality": "best"}, {"gatherer": "kd-tree"}, {"radius": -0.1}],
+    [
+        {"photons": 0},
+        {"bounces": -1},
+        {"seed": -1},
+        {"quality": "best"},
+        {"gatherer": "kd-tree"},
+        {"radius": -0.1},
+        {"error": 0.0},
+        {"error": 5.0},
+        {"seconds": 0.0},
+        {"seconds": float("inf")},
+    ],
 )
 def test_settings_refuse_what_they_cannot_be(wrong):
     with pytest.raises(DetpError) as error:
@@ -94,10 +105,10 @@ def test_settings_refuse_what_they_cannot_be(wrong):
 
 
 def test_qualities_trade_photons_for_error():
-    photons = [BakeSettings(quality=quality).photon_count for quality in QUALITIES]
+    photons = [BakeSettings(quality=quality).expected_photons for quality in QUALITIES]
     errors = [BakeSettings(quality=quality).target_error for quality in QUALITIES]
     assert photons == sorted(photons) and errors == sorted(errors, reverse=True)
-    assert BakeSettings(photons=7).photon_count == 7
+    assert BakeSettings(photons=7).expected_photons == BakeSettings(photons=7).most_photons == 7
     assert "auto" in GATHERERS
 
 

@@ -1,0 +1,59 @@
+"""What a bake will take and how well it will turn out, before anything of it is computed.
+
+The error e asks for about 1 / e^2 crossings of each disc, whatever the scene: their number, the photons, the rays and
+the points are what a bake spends its time on. The automatic radius sees to it that the photons bring these crossings.
+Reference seconds become this machine's by core/unit_costs.py.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .settings import BakeSettings, error_for, photons_for
+from .unit_costs import this_machine
+
+#: Reference seconds of one processor for each point (reading, placing and writing), shadow ray, photon and crossing.
+POINT, RAY, PHOTON, CROSSING = 1.0e-4, 1.0e-6, 4.0e-6, 2.5e-7
+
+#: Standard error over the median error of normal noise; mean square over squared mean of the crossings' flux.
+DEVIATION, UNEVEN = 1.48, 1.5
+
+#: Shadow rays of a point for an error of a tenth; they grow as 1 / error.
+RAYS = 30.0
+
+#: Errors between which a bake of a given time is looked for.
+ERRORS = (0.001, 0.9)
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """Wall ``seconds`` of a bake, and the ``error`` by which half of its lit points will be off at most."""
+
+    seconds: float
+    error: float
+
+
+def forecast(points: int, settings: BakeSettings, factor: float = 1.0) -> Forecast:
+    """What baking so many ``points`` is likely to take; ``factor`` corrects the time by what a scene took before."""
+    if settings.seconds is not None and settings.error is None and settings.photons is None:
+        low, high = np.log(ERRORS)
+        for _ in range(30):
+            middle = 0.5 * (low + high)
+            late = factor * _seconds(points, settings, np.exp(middle)) > settings.seconds
+            low, high = (middle, high) if late else (low, middle)
+        return Forecast(settings.seconds, float(np.exp(high)))
+    error = settings.target_error if settings.photons is None else error_for(settings.photons)
+    return Forecast(factor * _seconds(points, settings, error), float(error))
+
+
+def _seconds(points: int, settings: BakeSettings, error: float) -> float:
+    seconds = POINT * points
+    if settings.direct_by == "shadow-rays":
+        seconds += RAY * RAYS * (0.1 / error) * points
+    if settings.indirect or settings.direct_by == "photons":
+        crossings = UNEVEN / (DEVIATION * error) ** 2
+        photons = settings.photons or photons_for(error)
+        seconds += PHOTON * photons + CROSSING * crossings * points
+    return this_machine().wall_seconds(seconds)

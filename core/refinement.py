@@ -1,0 +1,187 @@
+"""What a bake does next: more shadow rays, more photons, or nothing, because its error, time or photons are reached.
+
+The variance of direct light falls as 1 / rounds of shadow rays, that of the rest as 1 / photons. Each step goes where
+it takes most variance away for its cost, which at the end leaves both as a least-cost bake would have them.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from .direct_light import DirectLight
+from .irradiance import Irradiance
+from .photon_light import PHOTONS_PER_GATHER, PhotonLight
+from .settings import BakeSettings
+from .stopwatch import Stopwatch
+
+#: The first steps, so that there is light to look at soon, and the variance is known.
+FIRST_ROUNDS = 4
+FIRST_PHOTONS = 1 << 15
+
+#: The smallest and largest later steps.
+LEAST_PHOTONS = 1 << 12
+MOST_ROUNDS_PER_STEP = 32
+
+#: Rounds of shadow rays after which only light that is never found can still be missing.
+MOST_ROUNDS = 512
+
+#: Photons of which none reached a point are enough to call the points dark.
+DARK_AFTER = 1 << 18
+
+#: The root mean square of the error by shadow rays may be so many times the error that half of the points keep to.
+SPREAD = 2.5
+
+#: A point's relative standard error counts as no more than this, so that dark corners do not take all the work.
+LARGEST_ERROR = 0.5
+
+#: Nominal seconds of a shadow ray, of tracing a segment, and of a crossing. Where an error is aimed at, these and not
+#: the clock decide what comes next, so that a seed gives the same light on every machine.
+SHADOW_RAY, SEGMENT, CROSSING = 1.2e-6, 1.2e-6, 2.5e-7
+
+
+@dataclass(frozen=True)
+class Step:
+    """So many ``rounds`` of shadow rays, or so many ``photons``."""
+
+    rounds: int = 0
+    photons: int = 0
+
+
+class Refinement:
+    """Chooses the steps of one bake, which began at ``start`` (of time.perf_counter).
+
+    Either of ``direct`` and ``photons`` may be None, when that light is not looked for. ``stopwatch`` has the stages
+    shadow, trace and gather.
+    """
+
+    def __init__(
+        self,
+        settings: BakeSettings,
+        direct: DirectLight | None,
+        photons: PhotonLight | None,
+        stopwatch: Stopwatch,
+        start: float,
+    ):
+        self._settings, self._direct, self._photons = settings, direct, photons
+        self._stopwatch, self._start = stopwatch, start
+        self._error, self._parts = float("nan"), (0.0, 0.0)
+
+    def observe(self, direct: Irradiance, indirect: Irradiance) -> None:
+        """Look at what has been found."""
+        light = direct + indirect
+        self._error = light.relative_error
+        by_photons = light if self._direct is None else indirect
+        self._parts = (_mean_variance(direct, light), _mean_variance(by_photons, light))
+
+    def next(self) -> Step | None:
+        """The next step; None when the bake is done."""
+        if self._direct is not None and self._direct.done == 0:
+            return Step(rounds=1 if self._direct.exact else FIRST_ROUNDS)
+        if self._photons is not None and self._photons.particles == 0:
+            return self._in_time(Step(photons=min(FIRST_PHOTONS, self._settings.most_photons or FIRST_PHOTONS)), True)
+        if self._hopeless():
+            return None
+        rays, photons = self._more_rays(), self._more_photons()
+        goal = self._settings.goal
+        if goal is not None and self._error <= goal:
+            # Half of the points are well; those in half shadows need not be among them.
+            shaded = rays is not None and self._parts[0] > (SPREAD * goal) ** 2
+            return self._in_time(rays) if shaded else None
+        if rays is not None and photons is None and self._photons is not None:
+            # The photons are used up, and their noise will remain.
+            return self._in_time(rays) if self._gain(rays) > self._last_photons_gain() else None
+        step = max(filter(None, (rays, photons)), key=self._gain, default=None)
+        return None if step is None else self._in_time(step)
+
+    @property
+    def fraction(self) -> float:
+        """The share done, 0..1, of what the settings ask for."""
+        shares = [0.0]
+        if self._settings.seconds is not None:
+            shares.append((time.perf_counter() - self._start) / self._settings.seconds)
+        if self._settings.photons is not None and self._photons is not None:
+            shares.append(self._photons.particles / self._settings.photons)
+        if self._settings.goal is not None and self._error > 0:
+            shares.append((self._settings.goal / self._error) ** 2)
+        return float(min(max(shares), 1.0))
+
+    def _hopeless(self) -> bool:
+        """Whether so many photons have found nothing that there is nothing to find."""
+        if not np.isnan(self._error):
+            return False
+        if self._photons is None:
+            return True
+        return self._settings.photons is None and self._photons.particles >= DARK_AFTER
+
+    def _more_rays(self) -> Step | None:
+        if self._direct is None or self._direct.exact or self._direct.done >= MOST_ROUNDS or np.isnan(self._error):
+            return None
+        return Step(rounds=min(self._direct.done, MOST_ROUNDS_PER_STEP))
+
+    def _more_photons(self) -> Step | None:
+        if self._photons is None:
+            return None
+        done = self._photons.particles
+        wanted = min(done, PHOTONS_PER_GATHER)
+        if self._settings.goal is not None and np.isfinite(self._error):
+            short = done * ((self._error / self._settings.goal) ** 2 - 1.0)
+            wanted = min(wanted, max(LEAST_PHOTONS, int(np.ceil(short / LEAST_PHOTONS)) * LEAST_PHOTONS))
+        if self._settings.most_photons is not None:
+            wanted = min(wanted, self._settings.most_photons - done)
+        return Step(photons=wanted) if wanted > 0 else None
+
+    def _gain(self, step: Step) -> float:
+        """Variance that ``step`` takes away, over its cost."""
+        if step.rounds:
+            saved = self._parts[0] * step.rounds / (self._direct.done + step.rounds)
+        else:
+            saved = self._parts[1] * step.photons / (self._photons.particles + step.photons)
+        return saved / max(self._cost(step), 1e-12)
+
+    def _last_photons_gain(self) -> float:
+        """What one photon more would save, over its cost."""
+        return self._parts[1] / self._photons.particles / max(self._cost(Step(photons=1)), 1e-12)
+
+    def _cost(self, step: Step) -> float:
+        """Seconds of a step: measured where time is what counts, else nominal."""
+        if self._settings.seconds is not None:
+            return self._measured(step)
+        if step.rounds:
+            return step.rounds * self._direct.rays_per_round * SHADOW_RAY
+        found = self._photons.segments * SEGMENT + self._photons.crossings * CROSSING
+        return step.photons * found / self._photons.particles
+
+    def _measured(self, step: Step) -> float:
+        seconds = self._stopwatch.seconds
+        if step.rounds:
+            return step.rounds * seconds["shadow"] / self._direct.done
+        return step.photons * (seconds["trace"] + seconds["gather"]) / self._photons.particles
+
+    def _in_time(self, step: Step, first: bool = False) -> Step | None:
+        """The step, or as much of it as the time that is left allows; None when that is nothing."""
+        if self._settings.seconds is None:
+            return step
+        left = self._settings.seconds - (time.perf_counter() - self._start)
+        if first:
+            return step if left > 0 else None
+        share = left / max(self._measured(step), 1e-12)
+        if share >= 1.0:
+            return step
+        if step.rounds:
+            rounds = int(step.rounds * share)
+            return Step(rounds=rounds) if rounds else None
+        photons = int(step.photons * share)
+        return Step(photons=photons) if photons >= LEAST_PHOTONS else None
+
+
+def _mean_variance(part: Irradiance, light: Irradiance) -> float:
+    """Mean over the lit points of the squared error of a ``part`` over all ``light``."""
+    total = np.abs(light.value).sum(axis=1)
+    lit = np.flatnonzero(total > 0)
+    if len(lit) == 0:
+        return 0.0
+    relative = part.standard_error[lit].sum(axis=1) / total[lit]
+    return float(np.mean(np.minimum(relative, LARGEST_ERROR) ** 2))

@@ -42,19 +42,19 @@ class RayCaster:
     """Casts rays at triangles (T, 3 corners, 3), metres, which stay in the attribute ``corners``.
 
     Attribute ``tolerance``, metres: origins must be at least so far off a surface not to hit it again, and a hit is
-    exact to about that distance.
+    exact to about that distance. Embree sees the scene less ``centre`` (3,), times ``scale``. ``edged`` (T, 9) are a
+    corner of each triangle and the two edges from it.
     """
 
     def __init__(self, corners: np.ndarray):
         bounds = Bounds.of(corners.reshape(-1, 3))
         self.corners = corners
-        self._centre = bounds.centre
-        self._scale = 1.0 / bounds.radius if bounds.radius > 0 else 1.0
-        self.tolerance = RELATIVE_TOLERANCE / self._scale
-        # A corner and the two edges from it, side by side: hit points come from all three.
+        self.centre = bounds.centre
+        self.scale = 1.0 / bounds.radius if bounds.radius > 0 else 1.0
+        self.tolerance = RELATIVE_TOLERANCE / self.scale
         first = corners[:, :1]
-        self._edged = np.concatenate([first, corners[:, 1:] - first], axis=1).reshape(-1, 9)
-        local = ((corners - self._centre) * self._scale).astype(np.float32)
+        self.edged = np.concatenate([first, corners[:, 1:] - first], axis=1).reshape(-1, 9)
+        local = ((corners - self.centre) * self.scale).astype(np.float32)
         self._embree = EmbreeScene()
         self._mesh = TriangleMesh(self._embree, np.ascontiguousarray(local))
         # The first call commits the scene, which must not happen in several threads at once.
@@ -90,13 +90,25 @@ class RayCaster:
         found = ordered_map(lambda rows: self._blocked(origins[rows], directions[rows], distances[rows]), slices)
         return np.concatenate([np.empty(0, bool), *found])
 
+    def seen_by_embree(self, origins: np.ndarray) -> np.ndarray:
+        """``origins`` (R, 3) m as Embree sees them: float32, less :attr:`centre`, times :attr:`scale`."""
+        return self._local(origins)
+
+    def cast(self, near: np.ndarray, towards: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The triangle (R,) int32, -1 for none, and barycentric u, v (R,) that rays meet first, as Embree has them.
+
+        ``near`` (R, 3) are origins as from :meth:`seen_by_embree`, ``towards`` (R, 3) directions in float32; R > 0.
+        """
+        result = self._embree.run(near, towards, output=1)
+        return result["primID"], result["u"], result["v"]
+
     def _blocked(self, origins, directions, distances):
-        reach = np.minimum(distances * self._scale, _FAR).astype(np.float32)
+        reach = np.minimum(distances * self.scale, _FAR).astype(np.float32)
         return self._embree.run(self._local(origins), directions.astype(np.float32), reach, query="OCCLUDED") == 0
 
     def _reach(self, distances: np.ndarray) -> np.ndarray:
         """A little more than ``distances`` in the scaled scene: what rounding might leave out belongs to it."""
-        return np.minimum(distances * (1.0001 * self._scale) + 16 * RELATIVE_TOLERANCE, _FAR).astype(np.float32)
+        return np.minimum(distances * (1.0001 * self.scale) + 16 * RELATIVE_TOLERANCE, _FAR).astype(np.float32)
 
     def _cast(self, origins, directions, reach):
         # Embree overwrites the distances that it is given.
@@ -104,13 +116,13 @@ class RayCaster:
         triangle = result["primID"].astype(np.int64)
         points = np.zeros((len(triangle), 3))
         if (compiled := kernels(saving=0.0)) is not None:
-            compiled.hit_points(self._edged, triangle, result["u"], result["v"], points)
+            compiled.hit_points(self.edged, triangle, result["u"], result["v"], points)
             return triangle, points
         hit = np.flatnonzero(triangle >= 0)
         u, v = (result[name].take(hit).astype(np.float64)[:, None] for name in ("u", "v"))
-        edged = self._edged.take(triangle.take(hit), axis=0)
+        edged = self.edged.take(triangle.take(hit), axis=0)
         points[hit] = edged[:, :3] + u * edged[:, 3:6] + v * edged[:, 6:]
         return triangle, points
 
     def _local(self, origins):
-        return np.clip((origins - self._centre) * self._scale, -_FAR, _FAR).astype(np.float32)
+        return np.clip((origins - self.centre) * self.scale, -_FAR, _FAR).astype(np.float32)

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .bounds import Bounds
+from .compiled import kernels
+from .diffuse_bounces import GRAZING_COSINE, REACH_BEHIND, DiffuseBounces
 from .emission import Emission
 from .emission_guide import Draws, EmissionGuide
 from .rays import Hits, RayCaster
@@ -19,9 +21,6 @@ from .specular import SpecularSurfaces
 
 #: How many tolerances a particle is moved along its direction before it starts.
 EMISSION_LIFT = 4
-
-#: The smallest cosine for which a segment is lengthened to reach the tolerance behind its hit.
-GRAZING_COSINE = 0.01
 
 #: What Russian roulette does with a particle: reflect it diffusely, let it pass straight on, mirror or refract it.
 ABSORBED, REFLECTED, PASSED, MIRRORED, REFRACTED = range(5)
@@ -49,7 +48,8 @@ class PhotonTracer:
         self._bounds = bounds
         self._bounces = bounces
         self._direct = direct
-        self._albedo = scene.albedo
+        # A copy, since what a scene is made from may be read-only, which the kernels do not take.
+        self._albedo = np.array(scene.albedo)
         # Most scenes let no light pass and have no specular surfaces, and then pay nothing for them.
         self._specular = SpecularSurfaces(scene.specular, scene.corners) if scene.specular is not None else None
         passes = self._specular is not None or scene.transmittance.any()
@@ -81,8 +81,9 @@ class PhotonTracer:
         origins = emitted.origins + EMISSION_LIFT * self._caster.tolerance * directions
         bounce, passages = np.zeros(particles, np.uint16), np.zeros(particles, np.uint16)
         particle = np.arange(first, first + particles, dtype=np.uint32)
+        compiled = kernels(saving=0.0) if self._transmittance is None else None
         parts, cut = [], np.zeros(3)
-        while len(origins):
+        while len(origins) and (compiled is None or start is not None):
             hits = self._caster.first_hits(origins, directions)
             rows = np.flatnonzero(hits.triangle >= 0)
             segments = Segments(origins, self._ends(origins, directions, hits, rows), flux, bounce, particle)
@@ -104,6 +105,13 @@ class PhotonTracer:
             bounce = bounce.take(rows) + (fate != PASSED).astype(np.uint16)
             passages = passages.take(rows) + (fate == PASSED).astype(np.uint16)
             origins, directions = self._onward(hits, rows, directions.take(alive, axis=0), fate, generator)
+        if len(origins):
+            bounces = DiffuseBounces(compiled, self._caster, self._normals, self._albedo, self._bounds)
+            most = self._bounces - int(bounce[0])
+            rest, left = bounces.followed(origins, directions, flux, bounce, particle, most, generator)
+            if not self._direct and bounce[0] == 0:
+                rest[0] = rest[0].taken(slice(0))
+            parts, cut = parts + rest, cut + left
         return TracedPhotons(Segments.joined(parts), cut, draws)
 
     def _ends(self, origins, directions, hits: Hits, rows) -> np.ndarray:
@@ -111,7 +119,7 @@ class PhotonTracer:
         ends = np.empty_like(origins)
         onward = directions.take(rows, axis=0)
         cosine = np.abs(_dot(self._normals.take(hits.triangle.take(rows), axis=0), onward))
-        past = 2 * self._caster.tolerance / np.maximum(cosine, GRAZING_COSINE)
+        past = REACH_BEHIND * self._caster.tolerance / np.maximum(cosine, GRAZING_COSINE)
         ends[rows] = hits.points.take(rows, axis=0) + past[:, None] * onward
         missed = np.flatnonzero(hits.triangle < 0)
         outward = origins.take(missed, axis=0)

@@ -1,5 +1,6 @@
 """All compiled functions. Importing this module imports Numba: only :func:`..compiled.kernels` does."""
 
+from .bounces import meet, reflect
 from .grid_build import LANES, SIDES, count, distances, empty_boxes, fill, lay_out
 from .grid_walk import crossings
 from .hits import hit_points
@@ -16,6 +17,8 @@ __all__ = [
     "fill",
     "hit_points",
     "lay_out",
+    "meet",
+    "reflect",
     "repeated_products",
     "sector",
 ]

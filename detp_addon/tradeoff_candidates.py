@@ -6,11 +6,17 @@ from dataclasses import dataclass
 
 from ..core.settings import QUALITIES, BakeSettings
 
-#: what may be measured: the panel's qualities, each gatherer over photons, radii, and photons for direct light too
-GROUPS = ("quality", "disc-index", "sphere-cache", "radius", "direct")
+#: what may be measured: the panel's qualities, targets, each gatherer over photons, radii, photons for direct light too
+GROUPS = ("quality", "error", "time", "disc-index", "sphere-cache", "radius", "direct")
+
+#: errors and seconds to aim at
+TARGETS = {
+    **{f"error {100 * error:g}%": BakeSettings(error=error) for error in (0.1, 0.05, 0.025)},
+    **{f"time {seconds:g}s": BakeSettings(seconds=seconds) for seconds in (1.0, 3.0, 10.0)},
+}
 
 #: what --bakes takes
-NAMES = (*GROUPS, *QUALITIES)
+NAMES = (*GROUPS, *QUALITIES, *TARGETS)
 
 #: photons of the runs over the radius and over the ways to direct light
 _PHOTONS = 1 << 20
@@ -29,22 +35,27 @@ class Candidate:
     def options(self) -> list[str]:
         """The same for `detp bake`."""
         standard, options = BakeSettings(), []
-        for name in ("quality", "photons", "radius", "gatherer", "estimator", "direct"):
+        for name in ("quality", "error", "seconds", "photons", "radius", "gatherer", "estimator", "direct"):
             value = getattr(self.settings, name)
             if value != getattr(standard, name):
-                options += [f"--{name}", str(value)]
+                options += [f"--{'time' if name == 'seconds' else name}", str(value)]
         return options
 
 
 def candidates(radius: float, quick: bool, names: tuple[str, ...] = GROUPS) -> tuple[Candidate, ...]:
     """Those of these groups, or of these names; radii are tried around ``radius``, in metres. ``quick``: fewer."""
-    everything = (*_qualities(quick), *_gatherers(quick), *_radii(radius, quick), *_direct(quick))
+    everything = (*_qualities(quick), *_targets(quick), *_gatherers(quick), *_radii(radius, quick), *_direct(quick))
     return tuple(candidate for candidate in everything if {candidate.group, candidate.label} & {*names})
 
 
 def _qualities(quick: bool) -> list[Candidate]:
     names = list(QUALITIES)[: 1 if quick else None]
     return [Candidate(name, "quality", BakeSettings(name), preset=True) for name in names]
+
+
+def _targets(quick: bool) -> list[Candidate]:
+    found = [Candidate(label, label.split()[0], settings) for label, settings in TARGETS.items()]
+    return [found[0], found[3]] if quick else found
 
 
 def _gatherers(quick: bool) -> list[Candidate]:

@@ -128,8 +128,8 @@ def _bake_ours(measured: Measured, settings: BakeSettings, compared: ComparedSce
     light = {obj.name: light_of(obj, OURS) for obj in compared.blender_objects}
     measured.light.append(compared.at_chosen(light))
     measured.facts.update(
-        photons=report.photons, segments=report.segments, radius=report.radius, gatherer=report.gatherer,
-        estimated_error=report.relative_error, stages=report.seconds,
+        photons=report.photons, segments=report.segments, shadow_rays=report.shadow_rays, radius=report.radius,
+        gatherer=report.gatherer, estimated_error=report.relative_error, stages=report.seconds,
     )  # fmt: skip
 
 

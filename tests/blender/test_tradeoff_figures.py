@@ -66,7 +66,8 @@ def test_corners_are_drawn_into_their_faces_and_lifted():
 
 
 def test_every_candidate_can_be_asked_for_on_the_command_line():
-    names = ("quality", "photons", "radius", "gatherer", "estimator", "direct")
+    names = ("quality", "error", "photons", "radius", "gatherer", "estimator", "direct")
     for candidate in candidates(0.25, quick=False):
         given = _parser().parse_args(["bake", "scene.blend", *candidate.options])
-        assert BakeSettings(**{name: getattr(given, name) for name in names}) == candidate.settings
+        asked = BakeSettings(seconds=given.time, **{name: getattr(given, name) for name in names})
+        assert asked == candidate.settings

@@ -23,7 +23,10 @@ class CrossingSums:
 
     def __init__(self, discs: TangentDiscs, segments: Segments, visible: VisibleArea):
         self._discs, self._segments, self._visible = discs, segments, visible
-        self.total, self.squares = np.zeros((2, len(discs), 3))
+        # One row per disc with all that a crossing needs, as compiled.add_up has it.
+        self._rows = np.zeros((len(discs), 16))
+        self._rows[:, 0:3], self._rows[:, 3:6], self._rows[:, 6] = discs.centres, discs.normals, visible.partial
+        self.total, self.squares = self._rows[:, 8:11], self._rows[:, 11:14]
         # When there were many segments to search they are loaded.
         self._kernels = kernels(saving=0.0)
 
@@ -41,20 +44,14 @@ class CrossingSums:
         return kept
 
     def _added_compiled(self, crossings: Crossings) -> Crossings:
-        lines = [_plain(getattr(self._segments, name)) for name in ("origins", "ends", "flux")]
-        discs = [_plain(rows) for rows in (self._discs.centres, self._discs.normals, self._visible.reach)]
+        arrays = [getattr(self._segments, name) for name in ("origins", "ends", "flux")]
+        arrays += [self._rows, self._visible.reach]
+        arrays = [np.require(rows, np.float64, ["C", "W"]) for rows in arrays]
         kept = np.empty(len(crossings), bool)
         parts = worker_count() if len(crossings) >= SHARED else 1
 
         def add(part: int) -> None:
-            self._kernels.add_up(
-                crossings.segment, crossings.disc, *lines, *discs, self._visible.partial, part, parts,
-                self.total, self.squares, kept,
-            )  # fmt: skip
+            self._kernels.add_up(crossings.segment, crossings.disc, *arrays, part, parts, kept)
 
         list(ordered_map(add, range(parts)))
         return crossings if kept.all() else Crossings(crossings.segment[kept], crossings.disc[kept])
-
-
-def _plain(rows: np.ndarray) -> np.ndarray:
-    return np.require(rows, np.float64, ["C", "W"])

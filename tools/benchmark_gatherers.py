@@ -1,7 +1,9 @@
 """How many photon path segments per second each gatherer searches, over the number of points and the radius.
 
 The scene is a closed room with boxes in it, points strewn over all surfaces, and segments that bounce diffusely
-from surface to surface. Run it with the package installed:
+from surface to surface. Beside each rate stands its ratio to that of Embree in the same run, with all processors: the
+first hits, and nothing else, of the same segments in the same room as a mesh with as many vertices as there are points.
+All are medians. The compiled gatherer needs ``pip install .[fast]``. Run it with the package installed:
 
     python tools/benchmark_gatherers.py --points 10000 45000 --spacings 0.3 1 3 --seconds 2
 """
@@ -15,13 +17,17 @@ import time
 from functools import partial
 
 import numpy as np
-from detp.core import parallel
+from detp.core import compiled, parallel
 from detp.core.discs import TangentDiscs
 from detp.core.gatherers.brute_force import BruteForce
+from detp.core.gatherers.compiled_index import CompiledIndex
 from detp.core.gatherers.disc_index import DiscIndex
 from detp.core.gatherers.sphere_cache import SphereCache
 from detp.core.segments import Segments
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
 
+RUNS = 3
 ROOM = np.array([[0.0, 0.0, 0.0], [4.0, 3.0, 2.5]])
 BOXES = np.array(
     [
@@ -33,6 +39,7 @@ BOXES = np.array(
     ]
 )
 GATHERERS = {
+    "disc-index, compiled": lambda discs: CompiledIndex(compiled.kernels(), discs),
     "disc-index, grid": partial(DiscIndex, index="grid"),
     "disc-index, tree": partial(DiscIndex, index="tree"),
     "sphere-cache": SphereCache,
@@ -40,8 +47,8 @@ GATHERERS = {
 }
 
 
-def room_points(count: int, generator: np.random.Generator) -> tuple[np.ndarray, np.ndarray, float]:
-    """``count`` points on the room's and the boxes' surfaces, by area, their normals into the room, their spacing."""
+def faces() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Lower and upper corners (F, 3) of the room's and the boxes' sides, and their normals into the room."""
     lower, upper, normals = [], [], []
     for box, inwards in [(ROOM, 1.0), *((box, -1.0) for box in BOXES)]:
         for axis in range(3):
@@ -51,7 +58,46 @@ def room_points(count: int, generator: np.random.Generator) -> tuple[np.ndarray,
                 lower.append(corners[0])
                 upper.append(corners[1])
                 normals.append(inwards * (1 - 2 * side) * np.eye(3)[axis])
-    lower, size, normals = np.array(lower), np.array(upper) - np.array(lower), np.array(normals)
+    return np.array(lower), np.array(upper), np.array(normals)
+
+
+def room_mesh(spacing: float) -> np.ndarray:
+    """Triangles (T, 3, 3) of the room, whose vertices are about ``spacing`` apart."""
+    triangles = []
+    for lower, upper, _ in zip(*faces(), strict=True):
+        u, v = np.flatnonzero(upper > lower)
+        ticks = [np.linspace(lower[k], upper[k], 2 + int((upper - lower)[k] / spacing)) for k in (u, v)]
+        grid = np.broadcast_to(lower, (len(ticks[0]), len(ticks[1]), 3)).copy()
+        grid[..., u], grid[..., v] = np.meshgrid(*ticks, indexing="ij")
+        one, other = grid[1:, :-1], grid[:-1, 1:]
+        for corner in (grid[:-1, :-1], grid[1:, 1:]):
+            triangles.append(np.stack([corner, one, other], axis=2).reshape(-1, 3, 3))
+    return np.concatenate(triangles)
+
+
+def embree_rate(spacing: float, segments: Segments) -> float:
+    """First hits per second that Embree finds of all ``segments``, with all processors."""
+    scene = EmbreeScene()
+    mesh = TriangleMesh(scene, room_mesh(spacing).astype(np.float32))
+    step = segments.ends - segments.origins
+    directions = (step / np.linalg.norm(step, axis=1)[:, None]).astype(np.float32)
+    origins = (segments.origins + 1e-5 * step).astype(np.float32)
+    scene.run(origins[:1], directions[:1])  # commits the scene
+    slices = [slice(start, start + (1 << 15)) for start in range(0, len(origins), 1 << 15)]
+    seconds = []
+    for _ in range(RUNS):
+        begin = time.perf_counter()
+        for _ in parallel.ordered_map(lambda rows: scene.run(origins[rows], directions[rows]), slices):
+            pass
+        seconds.append(time.perf_counter() - begin)
+    del mesh
+    return len(origins) / float(np.median(seconds))
+
+
+def room_points(count: int, generator: np.random.Generator) -> tuple[np.ndarray, np.ndarray, float]:
+    """``count`` points on the room's and the boxes' surfaces, by area, their normals into the room, their spacing."""
+    lower, upper, normals = faces()
+    size = upper - lower
     areas = np.prod(np.where(size > 0, size, 1.0), axis=1)
     face = generator.choice(len(areas), size=2 * count + 100, p=areas / areas.sum())
     points = lower[face] + generator.random((len(face), 3)) * size[face]
@@ -102,17 +148,26 @@ def _first_hit(points: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, 
 
 
 def measure(make, discs: TangentDiscs, segments: Segments, seconds: float) -> dict:
-    """Build a gatherer and search as many of the segments as take about ``seconds``, best of three runs."""
-    begin = time.perf_counter()
-    gatherer = make(discs)
-    build = time.perf_counter() - begin
+    """Build a gatherer and search as many of the segments as take about ``seconds``, medians of RUNS."""
+    building = []
+    for _ in range(RUNS):
+        begin = time.perf_counter()
+        gatherer = make(discs)
+        building.append(time.perf_counter() - begin)
     rows, elapsed = 512, 0.0
     while elapsed < 0.1 * seconds and rows < len(segments):
         rows = min(4 * rows, len(segments))
         elapsed, *_ = _search(gatherer, segments, rows)
     rows = max(1, min(len(segments), int(rows * seconds / elapsed)))
-    elapsed, crossings, step = min(_search(gatherer, segments, rows) for _ in range(3))
-    return {"build": build, "rows": rows, "rate": rows / elapsed, "crossings": crossings / rows, "step": step}
+    runs = sorted(_search(gatherer, segments, rows) for _ in range(RUNS))
+    elapsed, crossings, step = runs[RUNS // 2]
+    return {
+        "build": float(np.median(building)),
+        "rows": rows,
+        "rate": rows / elapsed,
+        "crossings": crossings / rows,
+        "step": step,
+    }
 
 
 def _search(gatherer, segments: Segments, rows: int) -> tuple[float, int, float]:
@@ -136,22 +191,30 @@ def main() -> int:
     parser.add_argument("--gatherers", nargs="+", choices=GATHERERS, default=list(GATHERERS))
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
+    if "disc-index, compiled" in options.gatherers:
+        try:
+            compiled.compile_now()
+        except ImportError:
+            options.gatherers.remove("disc-index, compiled")
     generator = np.random.default_rng(options.seed)
     segments = bounces(options.segments, generator)
     length = np.linalg.norm(segments.ends - segments.origins, axis=1).mean()
     print(f"NumPy {np.__version__}, Python {platform.python_version()}, {parallel.worker_count()} threads; ", end="")
-    print(f"room {' x '.join(map(str, ROOM[1]))} m, segments of {length:.2f} m on average; best of 3 runs\n")
-    print("| points | radius / spacing | gatherer | build s | segments | crossings / segment | segments / s | step s |")
-    print("| --- | --- | --- | --- | --- | --- | --- | --- |")
+    print(f"room {' x '.join(map(str, ROOM[1]))} m, segments of {length:.2f} m on average; medians of {RUNS} runs\n")
+    print("| points | radius / spacing | gatherer | build s | segments", end=" ")
+    print("| crossings / segment | segments / s | of Embree | step s |")
+    print("| --- | --- | --- | --- | --- | --- | --- | --- | --- |")
     for count in options.points:
         points, normals, spacing = room_points(count, generator)
+        embree = embree_rate(spacing, segments)
+        print(f"| {count} | | Embree's first hits | | {len(segments)} | | {embree:.3g} | 1 | |", flush=True)
         for ratio in options.spacings:
             discs = TangentDiscs.of_radius(points, normals, ratio * spacing)
             for name in options.gatherers:
                 got = measure(GATHERERS[name], discs, segments, options.seconds)
                 print(
                     f"| {count} | {ratio:g} | {name} | {got['build']:.2f} | {got['rows']} | {got['crossings']:.2f} "
-                    f"| {got['rate']:.3g} | {got['step']:.2f} |",
+                    f"| {got['rate']:.3g} | {got['rate'] / embree:.2g} | {got['step']:.2f} |",
                     flush=True,
                 )
     return 0

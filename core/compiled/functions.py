@@ -2,7 +2,7 @@
 
 from .bounces import meet, reflect
 from .grid_build import LANES, SIDES, count, distances, empty_boxes, fill, lay_out
-from .grid_walk import crossings
+from .grid_walk import crossings, order_by_end
 from .hits import hit_points
 from .sums import add_up, repeated_products, sector
 
@@ -18,6 +18,7 @@ __all__ = [
     "hit_points",
     "lay_out",
     "meet",
+    "order_by_end",
     "reflect",
     "repeated_products",
     "sector",

@@ -12,6 +12,7 @@ from .grid_build import LANES
 _OVERSTEP = 1e-3  # cells beyond a box's face that a step ends, as in core/gatherers/grid_walk.py
 _LARGE = 1e30
 _FLAT = 8e-5  # as for `directions` in core/gatherers/empty_boxes.py
+BOXES = 16  # along each axis, by which segments are sorted
 _SHORT = 1e-150  # cells: a shorter way has no direction
 _ROUNDING = np.float32(1e-5)  # in float32, times the largest number in a test: three times what rounding may do
 _TWO = np.float32(2.0)
@@ -79,9 +80,31 @@ def _octant(x, y, z):
     return 8
 
 
+@njit("void(f8[:,::1], f8[::1], i8, i8[::1])", nogil=True, cache=True, error_model="numpy")
+def order_by_end(ends, frame, first, rows):
+    """Write the numbers from ``first`` on into ``rows`` (R,), those of segments that end close together side by side.
+
+    These cross the same discs, which then are in the processor's cache. ``ends``, ``frame`` as for :func:`crossings`.
+    """
+    place = np.zeros(BOXES**3 + 1, np.int64)
+    box = np.empty(len(rows), np.int64)
+    for at in range(len(rows)):
+        key = 0
+        for axis in range(3):
+            share = (ends[first + at, axis] - frame[axis]) / (frame[3] * frame[4 + axis])
+            key = key * BOXES + min(max(math.floor(min(max(share, 0.0), 1.0) * BOXES), 0), BOXES - 1)
+        box[at] = key
+        place[key + 1] += 1
+    for key in range(BOXES**3):
+        place[key + 1] += place[key]
+    for at in range(len(rows)):
+        rows[place[box[at]]] = first + at
+        place[box[at]] += 1
+
+
 @njit(
-    "Tuple((i8, i8))(f8[:,::1], f8[:,::1], i8, i8, f8[::1], i8[::1], u1[:,::1], i8[::1], i8[::1], f4[:,::1],"
-    " f4[:,:,::1], i4[:,::1], f8[:,::1], i8[::1], i8[::1], i8[::1], i8[::1])",
+    "Tuple((i8, i8))(f8[:,::1], f8[:,::1], i8[::1], i8, f8[::1], i8[::1], u1[:,::1], i8[::1], i8[::1], f4[:,::1],"
+    " f4[:,:,::1], i4[:,::1], f8[:,::1], i8[::1], i8[::1], i8[::1])",
     nogil=True,
     cache=True,
     error_model="numpy",
@@ -89,8 +112,8 @@ def _octant(x, y, z):
 def crossings(
     origins,
     ends,
-    row,
-    stop,
+    rows,
+    begun,
     frame,
     shape,
     boxes,
@@ -100,38 +123,37 @@ def crossings(
     numbers,
     member,
     discs,
-    order,
     segment,
     disc,
     tally,
 ):
-    """Write the crossings of the segments ``row`` to ``stop`` into ``segment`` and ``disc`` until these are full.
+    """Write the crossings of the segments ``rows[begun:]`` into ``segment`` and ``disc`` until these are full.
 
     origins, ends  (S, 3) metres
     frame          (7,) the middle of cell 0 in metres, side of a cell in metres, size in cells
     shape          (3,) cells along each axis
     boxes          (9, cells) how far all is empty, see core/gatherers/empty_boxes.py
     first_patch, block, slabs, numbers, member   of :mod:`.grid_build`
-    discs          (N, 8) centre, normal, radius in metres, as in core/gatherers/exact_test.py, in the index's order
-    order          (N,) the discs' rows
+    discs          (N, 8) centre, normal, radius in metres, and the disc's row, in the index's order; what a crossing
+                   needs is fetched at once
     segment, disc  (C,) int64, at least N of them
     tally          (5,) counted up: nodes, patches, listed, discs, tests (see core/gatherers/counts.py)
 
-    The walk is that of core/gatherers/grid_walk.py. Returns the first row that is still to be searched, and how many
-    pairs were found.
+    The walk is that of core/gatherers/grid_walk.py. Returns the place in ``rows`` from which on is still to be
+    searched, and how many pairs were found.
     """
     f4 = np.float32
     maybe = np.zeros(LANES, np.uint8)
     any_of_them = maybe.view(np.uint64)
     unit = frame[3]
     count = nodes = patches = listed = looked = tests = 0
-    while row < stop:
-        before = count
+    while begun < len(rows):
+        before, row = count, rows[begun]
         origin = origins[row, 0], origins[row, 1], origins[row, 2]
         step = ends[row, 0] - origin[0], ends[row, 1] - origin[1], ends[row, 2] - origin[2]
         enter, leave = _inside(origin, step, frame)
         if not enter <= leave:
-            row += 1
+            begun += 1
             continue
         # The part inside, in cells: from a along b.
         ax = (origin[0] - frame[0] + enter * step[0]) / unit
@@ -196,16 +218,17 @@ def crossings(
                         for lane in range(LANES):
                             if maybe[lane]:
                                 tests += 1
-                                time = _crossing_time(origin, step, discs, member[here, lane])
+                                held = member[here, lane]
+                                time = _crossing_time(origin, step, discs, held)
                                 if begin <= time < end:
                                     if count < len(segment):
-                                        segment[count], disc[count] = row, order[member[here, lane]]
+                                        segment[count], disc[count] = row, np.int64(discs[held, 7])
                                     count += 1
             now = then
         if count > len(segment):
             count = before
             break
-        row += 1
+        begun += 1
     for place, number in enumerate((nodes, patches, listed * LANES, looked * LANES, tests)):
         tally[place] += number
-    return row, count
+    return begun, count

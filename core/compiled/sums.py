@@ -27,12 +27,12 @@ def sector(x, y):
 
 
 @njit(error_model="numpy")
-def _visible(origins, ends, segment, centres, normals, reach, disc):
+def _visible(origins, ends, segment, discs, reach, disc):
     """Whether the crossing lies inside the disc's outline: what core/visible_area.py does, and its `frames`."""
-    nx, ny, nz = normals[disc, 0], normals[disc, 1], normals[disc, 2]
+    nx, ny, nz = discs[disc, 3], discs[disc, 4], discs[disc, 5]
     ox, oy, oz = origins[segment, 0], origins[segment, 1], origins[segment, 2]
     sx, sy, sz = ends[segment, 0] - ox, ends[segment, 1] - oy, ends[segment, 2] - oz
-    wx, wy, wz = centres[disc, 0] - ox, centres[disc, 1] - oy, centres[disc, 2] - oz
+    wx, wy, wz = discs[disc, 0] - ox, discs[disc, 1] - oy, discs[disc, 2] - oz
     time = (wx * nx + wy * ny + wz * nz) / (sx * nx + sy * ny + sz * nz)
     dx, dy, dz = time * sx - wx, time * sy - wy, time * sz - wz
     sign = math.copysign(1.0, nz)
@@ -48,34 +48,34 @@ def _visible(origins, ends, segment, centres, normals, reach, disc):
 
 
 @njit(
-    "void(i8[::1], i8[::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], b1[::1], i8, i8,"
-    " f8[:,::1], f8[:,::1], b1[::1])",
+    "void(i8[::1], i8[::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], i8, i8, b1[::1])",
     nogil=True,
     cache=True,
     error_model="numpy",
 )
-def add_up(segment, disc, origins, ends, flux, centres, normals, reach, partial, part, parts, total, squares, kept):
+def add_up(segment, disc, origins, ends, flux, discs, reach, part, parts, kept):
     """Add the crossings ``segment``, ``disc`` (C,) up, where they lie in the visible part of their disc.
 
-    origins, ends, flux        (S, 3) of the segments
-    centres, normals, reach, partial   (N, ...) of the discs, see core/visible_area.py
-    part, parts                only every so-manieth stripe of discs is done, so that several threads share the work
-                               and each disc's sums have the same order
-    total, squares             (N, 3) of flux and its square, counted up
-    kept                       (C,) written for the stripes that are done
+    origins, ends, flux  (S, 3) of the segments
+    discs        (N, 16) centre, normal, 1 if the disc is partial else 0, -, and three sums of the flux and of its
+                 square, which are counted up: what a crossing needs is fetched at once
+    reach        (N, DIRECTIONS) the outlines, see core/visible_area.py
+    part, parts  only every so-manieth stripe of discs is done, so that several threads share the work and each disc's
+                 sums have the same order
+    kept         (C,) written for the stripes that are done: whether the crossing counts
     """
     for row in range(len(disc)):
         at = disc[row]
         if at // STRIPE % parts != part:
             continue
         came = segment[row]
-        inside = not partial[at] or _visible(origins, ends, came, centres, normals, reach, at)
+        inside = discs[at, 6] == 0.0 or _visible(origins, ends, came, discs, reach, at)
         kept[row] = inside
         if inside:
             for channel in range(3):
                 value = flux[came, channel]
-                total[at, channel] += value
-                squares[at, channel] += value * value
+                discs[at, 8 + channel] += value
+                discs[at, 11 + channel] += value * value
 
 
 @njit("void(i8[::1], i8[::1], u4[::1], f8[:,::1], f8[:,::1])", nogil=True, cache=True, error_model="numpy")

@@ -55,11 +55,11 @@ class CompiledIndex:
         size = (upper - lower + 2 * pad) / cell
         self.cell, self._frame = cell, np.concatenate([lower - pad, [cell], size])
         self._shape = np.ceil(size).astype(np.int64) + 1
-        self._order = curve_order(discs.centres)
-        self._discs = np.zeros((len(discs), 8))
-        for first, values in ((0, discs.centres), (3, discs.normals), (6, discs.radii[:, None])):
-            self._discs[:, first : first + values.shape[1]] = values[self._order]
-        self._build(sides(discs)[self._order], facing_octants(discs.normals)[self._order])
+        order = curve_order(discs.centres)
+        rows = np.concatenate([discs.centres, discs.normals, discs.radii[:, None], np.zeros((len(discs), 1))], axis=1)
+        self._discs = rows.take(order, axis=0)
+        self._discs[:, 7] = order
+        self._build(sides(discs).take(order), facing_octants(discs.normals).take(order))
 
     def _build(self, sides: np.ndarray, octants: np.ndarray) -> None:
         kernels, shape, cells = self._kernels, self._shape, int(self._shape.prod())
@@ -100,16 +100,17 @@ class CompiledIndex:
         return in_lanes(len(segments), SEGMENTS, lambda rows: self._found(origins, ends, rows, counts))
 
     def _found(self, origins, ends, rows: slice, counts: Counts | None) -> Iterator[Crossings]:
-        row = rows.start
-        while row < rows.stop:
+        sorted_rows, begun = np.empty(rows.stop - rows.start, np.int64), 0
+        self._kernels.order_by_end(ends, self._frame, rows.start, sorted_rows)
+        while begun < len(sorted_rows):
             segment, disc = np.empty((2, max(PAIRS, self._count)), np.int64)
-            begin, tally = row, np.zeros(5, np.int64)
-            row, found = self._kernels.crossings(
-                origins, ends, row, rows.stop, self._frame, self._shape, self._boxes, self._first_patch, self._block,
-                self._slabs, self._numbers, self._member, self._discs, self._order, segment, disc, tally,
+            before, tally = begun, np.zeros(5, np.int64)
+            begun, found = self._kernels.crossings(
+                origins, ends, sorted_rows, begun, self._frame, self._shape, self._boxes, self._first_patch,
+                self._block, self._slabs, self._numbers, self._member, self._discs, segment, disc, tally,
             )  # fmt: skip
             if counts is not None:
-                numbers = {"segments": row - begin, "crossings": found} | dict(zip(TALLIED, tally, strict=True))
+                numbers = {"segments": begun - before, "crossings": found} | dict(zip(TALLIED, tally, strict=True))
                 for kind, number in numbers.items():
                     counts.note(kind, number)
             yield Crossings(segment[:found].copy(), disc[:found].copy())

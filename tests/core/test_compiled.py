@@ -15,6 +15,7 @@ from detp.core.discs import TangentDiscs
 from detp.core.gatherers import choose
 from detp.core.gatherers.choose import make_gatherer
 from detp.core.gatherers.disc_index import DiscIndex
+from detp.core.rays import RayCaster
 from detp.core.repeated_crossings import RepeatedCrossings
 from detp.core.segments import Segments
 from detp.core.visible_area import DIRECTIONS, VisibleArea
@@ -191,3 +192,22 @@ def test_sectors_are_those_of_the_angle(kernels, x, y):
     points = np.stack([x * np.cos(angle), y * np.sin(angle)], axis=1)
     expected = np.floor(np.arctan2(points[:, 1], points[:, 0]) * (DIRECTIONS / (2 * np.pi))) % DIRECTIONS
     assert [kernels.sector(*point) for point in points.tolist()] == expected.tolist()
+
+
+def test_rays_hit_the_same_points(kernels, monkeypatch):
+    generator = np.random.default_rng(4)
+    corners = generator.uniform(-1, 1, (60, 1, 3)) + 0.3 * generator.normal(size=(60, 3, 3))
+    origins, ways = generator.normal(size=(2, 500, 3))
+    ways /= np.linalg.norm(ways, axis=1)[:, None]
+    caster, hits = RayCaster(corners), {}
+    for how in ("off", "on"):
+        monkeypatch.setenv("DETP_COMPILED", how)
+        hits[how] = caster.first_hits(origins, ways)
+    hit = hits["on"].triangle >= 0
+    assert np.array_equal(hits["on"].triangle, hits["off"].triangle) and 50 < hit.sum() < 450
+    assert np.array_equal(hits["on"].points[hit], hits["off"].points[hit])
+    # No farther than asked for, nothing is left out.
+    far = np.linalg.norm(hits["on"].points - origins, axis=1)
+    near = caster.first_hits(origins, ways, np.where(np.arange(500) % 2, far, 0.5 * far))
+    assert np.array_equal(near.triangle[1::2], hits["on"].triangle[1::2])
+    assert (near.triangle[::2] < 0).all()

@@ -46,7 +46,8 @@ def equal_error_seconds(samples, seconds, errors, aim: float) -> tuple[float, fl
     First as the plain rule has it: the time of the run with few samples (the least of at least 4) grows with the
     square of the error. Second with what the samples do not change (setting the scene up for each object) counted once:
     time is a + b samples, fitted to all runs, and the error of the run with most samples falls with the root of their
-    number; at least one sample is needed. With one run alone both are the same.
+    number; at least one sample is needed. With one run alone both are the same, and where more samples took no longer,
+    since all was over in no time, the second is NaN.
     """
     samples, seconds, errors = (np.asarray(values, float) for values in (samples, seconds, errors))
     order = np.argsort(samples)
@@ -54,11 +55,12 @@ def equal_error_seconds(samples, seconds, errors, aim: float) -> tuple[float, fl
     plain = seconds[few] * (errors[few] / aim) ** 2
     if len(samples) == 1:
         return float(plain), float(plain)
-    slope, start = np.polyfit(samples, seconds, 1, w=1.0 / seconds)
-    start = max(float(start), 0.0)
+    each, start = (float(value) for value in np.polyfit(samples, seconds, 1, w=1.0 / seconds))
+    if start < 0.0:
+        each, start = float(np.median(seconds / samples)), 0.0
     most = order[-1]
-    each = max(float(slope), 0.0) if start > 0.0 else float(np.median(seconds / samples))
-    return float(plain), start + each * max(1.0, samples[most] * (errors[most] / aim) ** 2)
+    once = start + each * max(1.0, samples[most] * (errors[most] / aim) ** 2)
+    return float(plain), once if each > 0.0 else float("nan")
 
 
 def _without(difference, noise):

@@ -109,4 +109,4 @@ def _ratios(costs: dict[str, list[tuple[int, float, float]]], aim: float, second
         if runs and aim > 0:
             plain, once = equal_error_seconds(*zip(*runs, strict=True), aim)
             ratios |= {kind: plain / seconds, f"{kind}, set-up once": once / seconds}
-    return ratios
+    return {name: ratio for name, ratio in ratios.items() if np.isfinite(ratio)}

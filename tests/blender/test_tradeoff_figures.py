@@ -45,6 +45,8 @@ def test_time_at_equal_error_with_the_set_up_each_time_and_once():
     # A coarser error than that of one sample still needs one.
     assert equal_error_seconds(samples, seconds, errors, aim=0.8)[1] == pytest.approx(10.5)
     assert equal_error_seconds([8], [3.0], [0.2], aim=0.1) == pytest.approx((12.0, 12.0))
+    # Nothing can be told of what samples cost when four times as many took no longer.
+    assert np.isnan(equal_error_seconds([4, 16], [0.06, 0.05], [0.2, 0.1], aim=0.01)[1])
 
 
 def test_the_time_of_objects_that_were_not_reached_follows_their_corners():

@@ -27,7 +27,7 @@ UNIT_COSTS = {
     },
     "brute-force": {"tests": 20.0},
     "compiled grid": {
-        "segments": 200.0, "nodes": 25.0, "patches": 10.0, "discs": 2.0, "tests": 25.0, "crossings": 40.0,
+        "segments": 200.0, "nodes": 20.0, "patches": 12.0, "discs": 2.5, "tests": 40.0, "crossings": 40.0,
     },
 }  # fmt: skip
 

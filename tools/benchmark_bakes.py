@@ -22,7 +22,7 @@ from detp.core.study.report import markdown_table
 PROGRAM = "from detp.detp_addon.command import console; console()"
 
 RATIOS = ("button", "button, set-up once", "one object", "one object, set-up once")
-COLUMNS = ("scene", "objects", "corners", "bake", "s", "error", "estimated", "95 %", "photons", *RATIOS,
+COLUMNS = ("scene", "objects", "corners", "bake", "runs", "s", "error", "estimated", "95 %", "photons", *RATIOS,
            "command s", "peak GB")  # fmt: skip
 
 
@@ -60,24 +60,25 @@ def parse() -> argparse.Namespace:
     parser.add_argument("--points", default="3000")
     parser.add_argument("--reference-samples", default="1024")
     parser.add_argument("--cycles-seconds", default="60", help="most of one bake of Cycles")
-    parser.add_argument("--timeout", type=float, default=3600.0, help="seconds for all of a scene's runs")
+    parser.add_argument("--timeout", type=float, default=3600.0, help="seconds for all of a scene's rounds")
     return parser.parse_args()
 
 
 def tradeoff(scene: Path, folder: Path, arguments: argparse.Namespace) -> tuple[dict | None, str]:
-    """What `detp tradeoff` wrote, or None and why."""
+    """What `detp tradeoff` wrote, after the rounds that it did in time, or None and why."""
     names = ("bakes", "samples", "runs", "points", "reference_samples", "cycles_seconds")
     options = [part for name in names for part in (f"--{name.replace('_', '-')}", getattr(arguments, name))]
+    written = folder / "tradeoff.json"
+    written.unlink(missing_ok=True)
     try:
         finished = subprocess.run(
             [sys.executable, "-c", PROGRAM, "tradeoff", str(scene), "-o", str(folder), *options],
             stderr=subprocess.PIPE, text=True, timeout=arguments.timeout,
         )  # fmt: skip
+        failure = (finished.stderr.strip().splitlines() or [f"exit status {finished.returncode}"])[-1]
     except subprocess.TimeoutExpired:
-        return None, f"not done in {arguments.timeout:g} s"
-    if finished.returncode:
-        return None, (finished.stderr.strip().splitlines() or [f"exit status {finished.returncode}"])[-1]
-    return json.loads((folder / "tradeoff.json").read_text(encoding="utf-8")), ""
+        failure = f"not done in {arguments.timeout:g} s"
+    return (json.loads(written.read_text(encoding="utf-8")), "") if written.exists() else (None, failure)
 
 
 def command(scene: Path, options: list[str], timeout: float) -> tuple[float, float]:
@@ -107,7 +108,7 @@ def row(name: str, points: dict, run: dict, seconds: float, memory: float) -> li
         return "" if value is None else f"{100 * value:.2g} %"
 
     return [
-        name, str(points["objects"]), str(points["corners"]), run["label"], f"{run['seconds']:.2f}",
+        name, str(points["objects"]), str(points["corners"]), run["label"], str(run["runs"]), f"{run['seconds']:.2f}",
         percent(run["error"]), percent(run["estimated_error"]), percent(run["error 95"]), str(run["photons"]),
         *("" if run.get(ratio) is None else f"{run[ratio]:.3g}" for ratio in RATIOS),
         f"{seconds:.1f}", f"{memory:.2f}",

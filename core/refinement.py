@@ -37,6 +37,9 @@ SPREAD = 2.5
 #: A point's relative standard error counts as no more than this, so that dark corners do not take all the work.
 LARGEST_ERROR = 0.5
 
+#: The points whose errors lie between these quantiles decide between more rays and more photons.
+MIDDLE = (0.25, 0.75)
+
 #: Nominal seconds of a shadow ray, of tracing a segment, and of a crossing. Where an error is aimed at, these and not
 #: the clock decide what comes next, so that a seed gives the same light on every machine.
 SHADOW_RAY, SEGMENT, CROSSING = 1.2e-6, 1.2e-6, 2.5e-7
@@ -67,14 +70,20 @@ class Refinement:
     ):
         self._settings, self._direct, self._photons = settings, direct, photons
         self._stopwatch, self._start = stopwatch, start
-        self._error, self._parts = float("nan"), (0.0, 0.0)
+        self._error, self._parts, self._spread = float("nan"), (0.0, 0.0), 0.0
 
     def observe(self, direct: Irradiance, indirect: Irradiance) -> None:
         """Look at what has been found."""
         light = direct + indirect
         self._error = light.relative_error
+        lit = np.flatnonzero(np.abs(light.value).sum(axis=1) > 0)
+        # The error is a median, and only what happens at points like the median one changes it.
+        errors = light.relative_errors
+        low, high = np.quantile(errors, MIDDLE) if len(lit) else (0.0, 0.0)
+        middle = lit[(errors >= low) & (errors <= high)]
         by_photons = light if self._direct is None else indirect
-        self._parts = (_mean_variance(direct, light), _mean_variance(by_photons, light))
+        self._parts = (_mean_variance(direct, light, middle), _mean_variance(by_photons, light, middle))
+        self._spread = np.sqrt(_mean_variance(direct, light, lit))
 
     def next(self) -> Step | None:
         """The next step; None when the bake is done."""
@@ -88,7 +97,7 @@ class Refinement:
         goal = self._settings.goal
         if goal is not None and self._error <= goal:
             # Half of the points are well; those in half shadows need not be among them.
-            shaded = rays is not None and self._parts[0] > (SPREAD * goal) ** 2
+            shaded = rays is not None and self._spread > SPREAD * goal
             return self._in_time(rays) if shaded else None
         if rays is not None and photons is None and self._photons is not None:
             # The photons are used up, and their noise will remain.
@@ -177,11 +186,7 @@ class Refinement:
         return Step(photons=photons) if photons >= LEAST_PHOTONS else None
 
 
-def _mean_variance(part: Irradiance, light: Irradiance) -> float:
-    """Mean over the lit points of the squared error of a ``part`` over all ``light``."""
-    total = np.abs(light.value).sum(axis=1)
-    lit = np.flatnonzero(total > 0)
-    if len(lit) == 0:
-        return 0.0
-    relative = part.standard_error[lit].sum(axis=1) / total[lit]
-    return float(np.mean(np.minimum(relative, LARGEST_ERROR) ** 2))
+def _mean_variance(part: Irradiance, light: Irradiance, rows: np.ndarray) -> float:
+    """Mean over some points of the squared error of a ``part`` over all ``light``."""
+    relative = part.standard_error[rows].sum(axis=1) / np.abs(light.value[rows]).sum(axis=1)
+    return float(np.mean(np.minimum(relative, LARGEST_ERROR) ** 2)) if len(rows) else 0.0

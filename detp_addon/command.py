@@ -152,8 +152,9 @@ def _add_bake(commands) -> None:
 
 
 def _share(text: str) -> float:
-    """``5%`` or ``0.05``."""
-    return float(text.strip().removesuffix("%")) / 100 if text.strip().endswith("%") else float(text)
+    """``5%`` or ``0.05``; argparse turns a ValueError into a sentence."""
+    text = text.strip()
+    return float(text[:-1]) / 100 if text.endswith("%") else float(text)
 
 
 def _seconds(text: str) -> float:

@@ -54,10 +54,17 @@ class EmissionGuide:
         return cls(np.arange(len(shares)), corner, corner + 1.0, shares, shares)
 
     def draws(self, particles: int, generator: np.random.Generator) -> Draws:
-        """Choose ``particles`` by systematic sampling, so that each box's count is exact to one."""
+        """Choose ``particles`` by systematic sampling, so that each box's count is exact to one.
+
+        In a box the first of the uniform numbers is stratified and ascends: bright places gain, and tables are looked
+        up in order.
+        """
         steps = (np.arange(particles) + generator.random()) / particles
         box = np.searchsorted(np.cumsum(self.chance)[:-1], steps, side="right")
         uniforms = generator.random((particles, EMISSION_DIMENSIONS))
+        count = np.bincount(box, minlength=len(self.light))
+        rank = np.arange(particles) - (np.cumsum(count) - count).take(box)
+        uniforms[:, 0] = (rank + uniforms[:, 0]) / count.take(box)
         lower = self.lower.take(box, axis=0)
         # Doubly rounded, a number just below one could reach the box's upper end.
         uniforms = np.minimum(lower + uniforms * (self.upper.take(box, axis=0) - lower), _BELOW_ONE)

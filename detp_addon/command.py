@@ -152,16 +152,24 @@ def _add_bake(commands) -> None:
 
 
 def _share(text: str) -> float:
-    """``5%`` or ``0.05``; argparse turns a ValueError into a sentence."""
-    text = text.strip()
-    return float(text[:-1]) / 100 if text.endswith("%") else float(text)
+    """``5%`` or ``0.05``."""
+    number, percent = text.strip().removesuffix("%"), text.strip().endswith("%")
+    try:
+        return float(number) / (100 if percent else 1)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is no error: say 5% or 0.05") from None
 
 
 def _seconds(text: str) -> float:
     """``90``, ``90s``, ``1.5m`` or ``1h``."""
     units = {"s": 1.0, "m": 60.0, "h": 3600.0}
-    text = text.strip().lower()
-    return float(text.rstrip("smh")) * units.get(text[-1:], 1.0)
+    number, unit = text.strip().lower(), "s"
+    if number[-1:] in units:
+        number, unit = number[:-1], number[-1]
+    try:
+        return float(number) * units[unit]
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is no time: say 10s, 1.5m or 1h") from None
 
 
 def _bake(arguments: argparse.Namespace) -> int:

@@ -16,20 +16,27 @@ LONGEST = 900.0
 
 _HERE = Path(__file__).parent
 
-#: What the process beside does. It finds this package by its path, since inside Blender it has no name of its own.
+#: What the process beside does. It makes this package anew, alone and from its path, since inside Blender no
+#: process could import it by its name; but under that name, by which Numba's stored kernels ask for their modules. If it
+#: fails, its lock stays, so that the next bakes do not try again and again.
 _FILL = """
 import os, sys
 from importlib.util import module_from_spec, spec_from_file_location
+from types import ModuleType
+folder, name, lock = sys.argv[1:]
 if hasattr(os, "nice"):
     os.nice(19)
-spec = spec_from_file_location("detp_kernels", sys.argv[1] + "/__init__.py", submodule_search_locations=[sys.argv[1]])
+parents = name.split(".")[:-1]
+for end in range(1, len(parents) + 1):
+    parent = ModuleType(".".join(parents[:end]))
+    parent.__path__ = []
+    sys.modules[parent.__name__] = parent
+spec = spec_from_file_location(name, folder + "/__init__.py", submodule_search_locations=[folder])
 package = module_from_spec(spec)
-sys.modules["detp_kernels"] = package
+sys.modules[name] = package
 spec.loader.exec_module(package)
-try:
-    package.compile_now()
-finally:
-    os.remove(sys.argv[2])
+package.compile_now()
+os.remove(lock)
 """
 
 _running: list[subprocess.Popen] = []
@@ -41,7 +48,15 @@ def folder_of_kernels() -> Path:
     Numba itself compiles anew when a source file's time differs, so that is part of the key too.
     """
     sources = [(path.name, path.stat().st_mtime_ns, path.read_bytes()) for path in sorted(_HERE.glob("*.py"))]
-    key = [sys.implementation.cache_tag, sys.version, str(_HERE), platform.machine(), _processor(), sources]
+    key = [
+        sys.implementation.cache_tag,
+        sys.version,
+        __package__,
+        str(_HERE),
+        platform.machine(),
+        _processor(),
+        sources,
+    ]
     key += [_version(name) for name in ("numba", "llvmlite", "numpy")]
     return _users_cache() / hashlib.sha256(repr(key).encode()).hexdigest()[:24]
 
@@ -75,7 +90,7 @@ def fill_aside(folder: Path) -> None:
     try:
         _running.append(
             subprocess.Popen(
-                [sys.executable, "-c", _FILL, str(_HERE), str(lock)],
+                [sys.executable, "-c", _FILL, str(_HERE), __package__, str(lock)],
                 stdin=nothing, stdout=nothing, stderr=nothing, env=environment, cwd=folder, **options,
             )
         )  # fmt: skip

@@ -16,9 +16,9 @@ LONGEST = 900.0
 
 _HERE = Path(__file__).parent
 
-#: What the process beside does. It makes this package anew, alone and from its path, since inside Blender no
-#: process could import it by its name; but under that name, by which Numba's stored kernels ask for their modules. If it
-#: fails, its lock stays, so that the next bakes do not try again and again.
+#: What the process beside does. It makes this package anew, alone and from its path, since inside Blender no process
+#: could import it by its name; but under that name, by which Numba's stored kernels ask for their modules. If it fails,
+#: its lock stays, so that the next bakes do not try again and again.
 _FILL = """
 import os, sys
 from importlib.util import module_from_spec, spec_from_file_location

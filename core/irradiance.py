@@ -38,7 +38,8 @@ class Irradiance:
 
     @property
     def relative_error(self) -> float:
-        """The error by which half of the lit points are likely to be off at most; NaN when all are dark.
+        """The error by which half of the lit points are likely to be off at most; NaN when all are dark, inf before the
+        light is known of half of them.
 
         The errors at point i follow a normal distribution with standard deviation s_i, see :attr:`relative_errors`.
         This is the median of the absolute errors of all points together: the m with mean_i erf(m / (s_i sqrt 2)) = 1/2.
@@ -49,9 +50,10 @@ class Irradiance:
             return float("nan")
         if len(errors) > SAMPLE:
             errors = errors[np.linspace(0, len(errors) - 1, SAMPLE).astype(np.int64)]
-        low, high = 0.0, float(errors.max())
-        if not np.isfinite(high):
-            high = float(errors[np.isfinite(errors)].max(initial=1.0))
+        known = np.isfinite(errors)
+        if known.mean() < 0.5:
+            return float("inf")
+        low, high = 0.0, float(errors[known].max())
         with np.errstate(divide="ignore", invalid="ignore"):
             for _ in range(HALVINGS):
                 middle = 0.5 * (low + high)

@@ -21,6 +21,10 @@ from .stopwatch import Stopwatch
 FIRST_ROUNDS = 4
 FIRST_PHOTONS = 1 << 15
 
+#: In a bake of a given time, the share of it that each first step may take on a machine so many times slower than the
+#: nominal one.
+FIRST_SHARE, SLOWEST = 0.25, 2.0
+
 #: The smallest and largest later steps.
 LEAST_PHOTONS = 1 << 12
 MOST_ROUNDS_PER_STEP = 32
@@ -78,7 +82,7 @@ class Refinement:
         self._error = light.relative_error
         lit = np.flatnonzero(np.abs(light.value).sum(axis=1) > 0)
         # The error is a median, and only what happens at points like the median one changes it.
-        errors = light.relative_errors
+        errors = np.minimum(light.relative_errors, np.finfo(float).max)
         low, high = np.quantile(errors, MIDDLE) if len(lit) else (0.0, 0.0)
         middle = lit[(errors >= low) & (errors <= high)]
         by_photons = light if self._direct is None else indirect
@@ -88,9 +92,9 @@ class Refinement:
     def next(self) -> Step | None:
         """The next step; None when the bake is done."""
         if self._direct is not None and self._direct.done == 0:
-            return Step(rounds=1 if self._direct.exact else FIRST_ROUNDS)
+            return Step(rounds=1 if self._direct.exact else self._first_rounds())
         if self._photons is not None and self._photons.particles == 0:
-            return self._in_time(Step(photons=min(FIRST_PHOTONS, self._settings.most_photons or FIRST_PHOTONS)), True)
+            return Step(photons=min(self._first_photons(), self._settings.most_photons or FIRST_PHOTONS))
         if self._hopeless():
             return None
         rays, photons = self._more_rays(), self._more_photons()
@@ -169,14 +173,28 @@ class Refinement:
             return step.rounds * seconds["shadow"] / self._direct.done
         return step.photons * (seconds["trace"] + seconds["gather"]) / self._photons.particles
 
-    def _in_time(self, step: Step, first: bool = False) -> Step | None:
-        """The step, or as much of it as the time that is left allows; None when that is nothing."""
+    @property
+    def _left(self) -> float:
+        """Seconds that are left."""
         if self._settings.seconds is None:
-            return step
-        left = self._settings.seconds - (time.perf_counter() - self._start)
-        if first:
-            return step if left > 0 else None
-        share = left / max(self._measured(step), 1e-12)
+            return float("inf")
+        return self._settings.seconds - (time.perf_counter() - self._start)
+
+    def _first_rounds(self) -> int:
+        """As many as a part of the time surely allows, but enough to have an error."""
+        if self._photons is None:
+            return FIRST_ROUNDS
+        affordable = FIRST_SHARE * self._left / (SLOWEST * SHADOW_RAY * self._direct.rays_per_round)
+        return int(np.clip(affordable, 2, FIRST_ROUNDS))
+
+    def _first_photons(self) -> int:
+        """Fewer when time is short, but never none: without reflected light a scene looks wrong."""
+        affordable = FIRST_SHARE * self._left / (SLOWEST * (SEGMENT + CROSSING))
+        return int(np.clip(affordable, LEAST_PHOTONS, FIRST_PHOTONS))
+
+    def _in_time(self, step: Step) -> Step | None:
+        """The step, or as much of it as the time that is left allows; None when that is nothing."""
+        share = self._left / max(self._measured(step), 1e-12) if np.isfinite(self._left) else 1.0
         if share >= 1.0:
             return step
         if step.rounds:

@@ -80,7 +80,7 @@ class BakeRequest:
 class JobProgress:
     """Where a job stands: what it is doing, the share done (0..1), and the seconds it still needs, if known.
 
-    error   the share by which half of the lit points are likely to be off at most so far; None before there is light
+    error   the share by which half of the lit points are likely to be off at most so far; None while it is unknown
     """
 
     phase: str
@@ -214,7 +214,8 @@ def _bake_steps(export: ExportedScene, rows: np.ndarray, request: BakeRequest, s
 def _job_progress(progress: Progress, found: BakeResult | None, passed: float) -> JobProgress:
     share = progress.fraction
     remaining = passed * (1 - share) / share if 0.01 < share < 1 else None
-    return JobProgress(progress.phase, share, remaining, None if found is None else found.relative_error)
+    error = None if found is None or not np.isfinite(found.relative_error) else found.relative_error
+    return JobProgress(progress.phase, share, remaining, error)
 
 
 def _seen(targets: list[BakeTarget], export: ExportedScene, rows: np.ndarray, result: BakeResult) -> list[BakeTarget]:

@@ -133,7 +133,7 @@ def _draw_progress(layout: bpy.types.UILayout, bake: session.BakeSession) -> Non
     bar.progress(factor=progress.fraction, type="BAR", text=f"{progress.phase}  {progress.fraction:.0%}")
     row = column.row(align=True)
     left = "" if progress.remaining is None else f"About {_duration(progress.remaining)} left"
-    now = "" if progress.error is None or not math.isfinite(progress.error) else f"error {progress.error:.1%}"
+    now = "" if progress.error is None else f"error {progress.error:.1%}"
     row.label(text=", ".join(filter(None, (left, now))))
     row = column.row(align=True)
     row.operator("detp.stop", text="Stop and Keep", icon="PAUSE")

@@ -15,7 +15,7 @@ from .gatherers.choose import make_gatherer
 from .irradiance import Irradiance
 from .rays import RayCaster
 from .scene import Scene
-from .settings import BakeSettings, error_for
+from .settings import NOISE_SHARE, BakeSettings, error_for
 from .tracing import PhotonTracer
 from .visible_area import whole_discs
 
@@ -99,6 +99,7 @@ def chosen_disc(
         left = settings.seconds - (time.perf_counter() - start) - PLACING * len(centres)
         photons = max(int(PILOT_PHOTONS * left / (FOR_A_PHOTON * (traced - tracing))), PILOT_PHOTONS)
         target = error_for(photons)
+    target *= NOISE_SHARE
     if not (np.isfinite(error) and error > 0):
         return Disc(pilot_radius, photons)
     radius = pilot_radius * error / target * np.sqrt(PILOT_PHOTONS / photons)

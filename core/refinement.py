@@ -98,7 +98,7 @@ class Refinement:
         if self._hopeless():
             return None
         rays, photons = self._more_rays(), self._more_photons()
-        goal = self._settings.goal
+        goal = self._settings.aimed_noise
         if goal is not None and self._error <= goal:
             # Half of the points are well; those in half shadows need not be among them.
             shaded = rays is not None and self._spread > SPREAD * goal
@@ -117,8 +117,8 @@ class Refinement:
             shares.append((time.perf_counter() - self._start) / self._settings.seconds)
         if self._settings.photons is not None and self._photons is not None:
             shares.append(self._photons.particles / self._settings.photons)
-        if self._settings.goal is not None and self._error > 0:
-            shares.append((self._settings.goal / self._error) ** 2)
+        if self._settings.aimed_noise is not None and self._error > 0:
+            shares.append((self._settings.aimed_noise / self._error) ** 2)
         return float(min(max(shares), 1.0))
 
     def _hopeless(self) -> bool:
@@ -139,8 +139,8 @@ class Refinement:
             return None
         done = self._photons.particles
         wanted = min(done, PHOTONS_PER_GATHER)
-        if self._settings.goal is not None and np.isfinite(self._error):
-            short = done * ((self._error / self._settings.goal) ** 2 - 1.0)
+        if self._settings.aimed_noise is not None and np.isfinite(self._error):
+            short = done * ((self._error / self._settings.aimed_noise) ** 2 - 1.0)
             wanted = min(wanted, max(LEAST_PHOTONS, int(np.ceil(short / LEAST_PHOTONS)) * LEAST_PHOTONS))
         if self._settings.most_photons is not None:
             wanted = min(wanted, self._settings.most_photons - done)

@@ -8,11 +8,15 @@ from dataclasses import dataclass
 from .errors import InvalidSettingError
 
 #: quality -> error that it aims at: half of the lit points are to be off by less
-QUALITIES = {"draft": 0.08, "preview": 0.04, "final": 0.025}
+QUALITIES = {"draft": 0.08, "preview": 0.04, "final": 0.02}
 
-#: Particles with which an error of REFERENCE_ERROR is aimed at, and how their number grows as the error shrinks: noise
-#: falls as 1 / (d sqrt n), the blur of a disc of radius d grows as d^2, and where both shrink together n grows as e^-3.
-REFERENCE_PHOTONS, REFERENCE_ERROR, GROWTH = 1 << 21, 0.04, 3.0
+#: Share of an error that is left to noise, which a bake can measure; the rest, in squares, is for the blur of the discs.
+NOISE_SHARE = 0.85
+
+#: Particles with which an error of REFERENCE_ERROR is aimed at, and how their number grows as the error shrinks. Noise
+#: falls as 1 / (d sqrt n); the blur of a disc of radius d grew more slowly than d in the scenes that were measured,
+#: and where both shrink together as d does, n grows as e^-4.
+REFERENCE_PHOTONS, REFERENCE_ERROR, GROWTH = 3 << 18, 0.04, 4.0
 
 #: A quality gives up on its error at so many times the particles it counts on, an error that was asked for later.
 QUALITY_PATIENCE, ERROR_PATIENCE = 4, 64
@@ -88,15 +92,15 @@ class BakeSettings:
             raise InvalidSettingError(f"The seed must be 0 or more, not {self.seed}.")
 
     @property
-    def goal(self) -> float | None:
-        """The error at which the bake ends; None when time or photons alone end it."""
-        if self.error is not None:
-            return self.error
-        return QUALITIES[self.quality] if self.photons is None and self.seconds is None else None
+    def aimed_noise(self) -> float | None:
+        """The error by noise at which the bake ends; None when time or photons alone end it."""
+        if self.error is None and (self.photons is not None or self.seconds is not None):
+            return None
+        return NOISE_SHARE * self.target_error
 
     @property
     def target_error(self) -> float:
-        """The error at which the automatic radius aims."""
+        """The error at which the automatic radius aims, noise and blur together."""
         return self.error if self.error is not None else QUALITIES[self.quality]
 
     @property

@@ -267,13 +267,14 @@ def _object(target: BakeTarget) -> bpy.types.Object | None:
 def _doubts(result: BakeResult, settings: BakeSettings, stopped: bool) -> list[str]:
     """What in the result itself the user should know."""
     doubts = []
-    short = settings.goal is not None and result.relative_error > settings.goal * (1 + 1e-9)
+    aim = settings.aimed_noise
+    short = aim is not None and result.relative_error > aim * (1 + 1e-9)
     if stopped:
         doubts.append("The bake was stopped before its end, and what it had found was kept.")
     elif short:
         remedy = "ask for it by its number, to bake on" if settings.error is None else "allow a larger radius"
         doubts.append(
-            f"The error of {settings.goal:.1%} that was aimed at was not reached with "
+            f"The error of {settings.target_error:.1%} that was aimed at was not reached with "
             f"{counted(result.photons, 'photon')}: {remedy}, or choose a larger error."
         )
     if not result.irradiance.any():

@@ -169,7 +169,7 @@ def bake(
         else:
             if photons.particles == 0:
                 aiming = learn_guide(tracer, gatherer, placed, kinds, found().irradiance, settings.seed, disc.photons)
-                guide = yield from _during("Aiming the lights", stopwatch.timed("trace", aiming))
+                guide = yield from _during("Aiming the lights", refinement.fraction, stopwatch.timed("trace", aiming))
                 photons.aim(guide)
             for phase in photons.batch(step.photons, stopwatch):
                 yield Progress(phase, refinement.fraction)
@@ -179,11 +179,11 @@ def bake(
     return found()
 
 
-def _during(phase: str, steps: Generator[None, None, Result]) -> Generator[Progress, None, Result]:
-    """Progress in that ``phase`` for each of the ``steps``; returns what they return."""
+def _during(phase: str, done: float, steps: Generator[None, None, Result]) -> Generator[Progress, None, Result]:
+    """Progress in that ``phase``, with so much ``done``, for each of the ``steps``; returns what they return."""
     while True:
         try:
             next(steps)
         except StopIteration as end:
             return end.value
-        yield Progress(phase, 0.0)
+        yield Progress(phase, done)

@@ -1,8 +1,7 @@
-"""Direct light by shadow rays: from each point to the lights, and by chance where light surrounds it.
+"""Direct light by shadow rays: from each point to the lights, and where light surrounds it, to where it was found.
 
-Lamps are aimed at. A world or shining triangles are aimed at as well as met by rays that follow the cosine, and the two
-are weighed by the balance heuristic (Veach and Guibas 1995), so that neither a small bright window nor a lamp
-that touches the point is noisy.
+Rays come in rounds. After the first ones, groups of neighbouring points know from which directions light reaches them,
+and aim there; and points among others whose light is sure already are given fewer rounds.
 """
 
 from __future__ import annotations
@@ -11,17 +10,23 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from .direction_guide import DirectionSums
 from .emission import lights_of
+from .gatherers.ranges import blocks
 from .irradiance import Irradiance
 from .lamp_choice import LampChoice
-from .lights.light import SHADOW_DIMENSIONS, Light
-from .low_discrepancy import scrambled_net
+from .lamp_light import LampLight, light_of_lamp
+from .lights.light import SHADOW_DIMENSIONS
 from .parallel import ordered_map
+from .point_groups import PointGroups
 from .rays import RayCaster
-from .sampling import cosine_hemisphere
+from .round_plan import planned
+from .round_sums import RoundSums
 from .scene import Scene
 from .settings import BakeSettings
 from .shadows import Shadows
+from .spots import Spots
+from .surrounding_light import SurroundingLight
 
 #: Rays from each point in one round to the lamps, to each of the surroundings, and by chance; a power of two.
 RAYS_PER_ROUND = 4
@@ -32,6 +37,12 @@ MOST_SHARP_LAMPS = 32
 #: Points whose rays are cast at a time.
 POINTS_PER_CHUNK = 1 << 12
 
+#: After so many rounds it is learnt where light comes from, then whenever they have doubled, and last after so many.
+LEARN_AFTER, LEARN_LAST = 4, 64
+
+#: The first rounds count this much or more of what later ones do, however much noisier they were.
+LEAST_WEIGHT = 1 / 64
+
 
 class DirectLight:
     """Direct irradiance at ``points`` (N, 3) m, which lie clear of surfaces, with unit ``normals`` (N, 3).
@@ -40,129 +51,154 @@ class DirectLight:
     estimate. Equal seeds give equal results on any number of threads. Surfaces farther than the settings' shadow
     distance do not shade a point from the world.
 
-    Attribute ``done``: how many rounds there were.
+    Attributes ``done``: how many rounds there were, of all points on average; ``rays``: how many rays they cast.
     """
 
     def __init__(
         self, scene: Scene, caster: RayCaster, points: np.ndarray, normals: np.ndarray, settings: BakeSettings
     ):
-        self._points, self._normals, self._seed = points, normals, settings.seed
-        self._reach = settings.shadow_distance or np.inf
+        self._seed = settings.seed
         self._shadows = Shadows(scene, caster)
         lights = lights_of(scene)
-        self._surroundings = [light for light in lights if hasattr(light, "met")]
+        surroundings = [light for light in lights if hasattr(light, "met")]
         lamps = [light for light in lights if not hasattr(light, "met")]
         sharp = [lamp for lamp in lamps if lamp.sharp]
         self._sharp = sharp if len(sharp) <= MOST_SHARP_LAMPS else []
-        self._lamps = [lamp for lamp in lamps if lamp not in self._sharp]
+        self._asked = [lamp for lamp in lamps if lamp not in self._sharp]
+        self._lamps = LampLight(self._asked, self._shadows, RAYS_PER_ROUND)
+        reach = settings.shadow_distance or np.inf
+        self._surroundings = SurroundingLight(surroundings, self._shadows, reach, RAYS_PER_ROUND)
+        self._groups = PointGroups.of(points, normals)
+        self._points, self._normals = points[self._groups.order], normals[self._groups.order]
         self._exact = np.zeros_like(points)
-        self._total, self._squares = np.zeros_like(points), np.zeros_like(points)
-        self.done = 0
+        # By chosen lamps, and by surroundings before and after it was learnt where their light comes from.
+        self._by_lamps, self._before, self._after = (RoundSums.of(len(points)) for _ in range(3))
+        self._seen, self._guide = DirectionSums(len(self._groups.start) - 1), None
+        self.done, self.rays = 0, 0
 
     @property
     def exact(self) -> bool:
         """Whether no further round would change anything after the first."""
-        return not self._lamps and not self._surroundings
+        return self.rays_per_round == 0
 
     @property
     def rays_per_round(self) -> int:
         """Rays that one round casts, of all points."""
-        kinds = bool(self._lamps) + bool(self._surroundings) + sum(light.aimed for light in self._surroundings)
-        return RAYS_PER_ROUND * len(self._points) * kinds
+        return len(self._points) * (self._lamps.rays_per_round + self._surroundings.rays_per_round)
 
     @property
     def irradiance(self) -> Irradiance:
-        """What has been found so far.
+        """What has been found so far."""
+        first = self._first_share(self._relative_light())[:, None]
+        value = self._exact + self._by_lamps.mean + first * self._before.mean + (1.0 - first) * self._after.mean
+        squared = np.zeros_like(value)
+        parts = [(self._lamps, self._by_lamps, 1.0), (self._surroundings, self._before, first)]
+        for kind, sums, share in [*parts, (self._surroundings, self._after, 1.0 - first)]:
+            if kind.rays_per_round:
+                with np.errstate(invalid="ignore"):
+                    squared += np.where(np.equal(share, 0.0), 0.0, share**2 * sums.squared_error(value))
+        result = np.empty((2, *value.shape))
+        result[:, self._groups.order] = value, np.sqrt(squared)
+        return Irradiance(*result)
 
-        Few rounds that happen to agree do not prove that all would: to their own variance one of that relative size is
-        added which the rounds have at all points on average (an empirical Bayes estimate with the weight of one round).
+    def rounds(self, first: int, last: int, other: np.ndarray | None = None) -> Iterator[float]:
+        """Cast the rays of the rounds from ``first`` to before ``last``, yielding the share of them done (0..1).
+
+        Points with ``other`` (N, 3) W/m^2 light, which is found in another way, need less of these rays.
         """
-        rounds = max(self.done, 1)
-        mean = self._total / rounds
-        value = mean + self._exact
-        if self.exact or self.done < 2:
-            return Irradiance(value, np.full_like(value, 0.0 if self.exact else np.inf))
-        variance = np.maximum(self._squares / rounds - mean**2, 0.0) * (rounds / (rounds - 1))
-        relative = np.divide(variance, value**2, out=np.zeros_like(value), where=value > 0)
-        usual = np.minimum(relative, 1.0).mean(axis=0) * value**2
-        return Irradiance(value, np.sqrt(((rounds - 1) * variance + usual) / rounds**2))
+        groups = list(blocks(np.diff(self._groups.start), POINTS_PER_CHUNK))
+        other = None if other is None else other[self._groups.order]
+        begin = first
+        while begin < last:
+            # Steps end where the rounds have doubled, whoever asks for how many of them.
+            end = min(last, max(LEARN_AFTER, 1 << begin.bit_length()))
+            plan = self._plan(begin, end, other)
+            cast = ordered_map(lambda part, begin=begin, plan=plan: self._cast(part, begin, plan), groups)
+            for part, _ in zip(groups, cast, strict=True):
+                share = self._groups.start[part.stop] / len(self._points)
+                yield min((begin - first + share * (end - begin)) / (last - first), 1.0)
+            if LEARN_AFTER <= end <= LEARN_LAST and end & (end - 1) == 0 and self._surroundings.rays_per_round:
+                self._guide = self._seen.guide()
+            costs = self._lamps.rays_per_round, self._surroundings.rays_per_round
+            self.rays += sum(cost * int(rounds.sum()) for cost, rounds in zip(costs, plan, strict=True))
+            begin = self.done = end
 
-    def rounds(self, first: int, last: int) -> Iterator[float]:
-        """Cast the rays of the rounds from ``first`` to before ``last``, yielding the share of them done (0..1)."""
-        starts = range(0, len(self._points), POINTS_PER_CHUNK)
-        chunks = [slice(start, start + POINTS_PER_CHUNK) for start in starts]
-        found = ordered_map(lambda rows: self._sums(rows, first, last), chunks)
-        for rows, (exact, sum_, sum_of_squares) in zip(chunks, found, strict=True):
-            self._exact[rows] += exact
-            self._total[rows] += sum_
-            self._squares[rows] += sum_of_squares
-            yield min(rows.stop / len(self._points), 1.0)
-        self.done = last
+    def _plan(self, begin: int, end: int, other: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+        """Rounds (N,) that each point shall have next, of lamps and of surroundings."""
+        light = self._relative_light(other)
+        before, after = (self._groups.of_others(s.relative_variance(light)) for s in (self._before, self._after))
+        lamps = self._groups.of_others(self._by_lamps.relative_variance(light))
+        had = self._after.count + self._before.count * _trust(before, after)
+        return planned(
+            end - begin,
+            (self._by_lamps.count, had),
+            (lamps, np.where(np.isnan(after), before, after)),
+            (self._lamps.rays_per_round, self._surroundings.rays_per_round),
+        )
 
-    def _sums(self, rows: slice, first: int, last: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Of K points, what is exact (K, 3), found in the first round, and sums of the rounds and of their squares."""
+    def _relative_light(self, other: np.ndarray | None = None) -> np.ndarray:
+        """All light (N,), RGB sum, by plain means, to which errors are relative."""
+        rounds = np.maximum(self._before.count + self._after.count, 1)[:, None]
+        value = self._exact + self._by_lamps.mean + (self._before.total + self._after.total) / rounds
+        return np.abs(value if other is None else value + other).sum(axis=1)
+
+    def _first_share(self, light: np.ndarray) -> np.ndarray:
+        """Share (N,) that the rounds before learning have in the light of surroundings.
+
+        It rests on how noisy the rounds were at the *other* points of the group, so that it is independent of what this
+        point's own rounds found, and biases nothing.
+        """
+        before, after = (self._groups.of_others(s.relative_variance(light)) for s in (self._before, self._after))
+        weight = self._before.count * _trust(before, after)
+        return np.divide(weight, weight + self._after.count, out=np.ones_like(weight), where=self._after.count > 0)
+
+    def _cast(self, part: slice, begin: int, plan: tuple[np.ndarray, np.ndarray]) -> None:
+        """Cast the planned rays of the groups in ``part``, and add up what they find."""
+        rows = slice(self._groups.start[part.start], self._groups.start[part.stop])
         points, normals = self._points[rows], self._normals[rows]
-        exact, total, squares = (np.zeros_like(points) for _ in range(3))
-        if first == 0:
+        if begin == 0:
+            nowhere = np.zeros((len(points), SHADOW_DIMENSIONS))
             for lamp in self._sharp:
-                exact += self._aimed(lamp, points, normals, np.zeros((len(points), SHADOW_DIMENSIONS)))
-        if not self.exact:
-            choice = LampChoice(self._lamps, points, normals)
-            for number in range(first, last):
-                sample = self._round(choice, points, normals, self._generator(number, rows.start))
-                total += sample
-                squares += sample**2
-        return exact, total, squares
+                self._exact[rows] += light_of_lamp(self._shadows, lamp, points, normals, nowhere)
+        spots = Spots.of(points, normals, self._groups.group[rows] - part.start)
+        if self._lamps.rays_per_round:
+            choice = LampChoice(self._asked, points, normals)
+            for number, chosen in _active(plan[0][rows]):
+                generator = self._generator(begin, number, rows.start, 0)
+                light = self._lamps.round(spots.taken(chosen), choice.taken(chosen), generator)
+                self._by_lamps.add(rows.start + chosen, light)
+        if self._surroundings.rays_per_round:
+            self._look_around(part, rows, spots, begin, plan[1][rows])
 
-    def _generator(self, number: int, start: int) -> np.random.Generator:
-        return np.random.default_rng(np.random.SeedSequence(self._seed, spawn_key=(2, number, start)))
+    def _look_around(self, part: slice, rows: slice, spots: Spots, begin: int, rounds: np.ndarray) -> None:
+        guide = None if self._guide is None else self._guide.part(part)
+        sums = self._before if guide is None else self._after
+        seen = [] if begin < LEARN_LAST else None
+        for number, chosen in _active(rounds):
+            taken = [] if seen is not None else None
+            generator = self._generator(begin, number, rows.start, 1)
+            light = self._surroundings.round(spots.taken(chosen), guide, generator, taken)
+            sums.add(rows.start + chosen, light)
+            for sighting in taken or ():
+                seen.append((chosen[sighting.spot], sighting))
+        if seen:
+            light = self._relative_light()[rows]
+            scale = np.divide(1.0, light, out=np.zeros_like(light), where=light > 0)
+            for spot, sighting in seen:
+                light = sighting.light * scale[spot]
+                self._seen.add(part, spot % 2, sighting.place, light, sighting.weight, sighting.whole)
 
-    def _round(self, choice: LampChoice, points, normals, generator: np.random.Generator) -> np.ndarray:
-        """One estimate (K, 3) from RAYS_PER_ROUND rays of each kind."""
-        count = len(points)
-        centre, normal = np.repeat(points, RAYS_PER_ROUND, axis=0), np.repeat(normals, RAYS_PER_ROUND, axis=0)
-        found = np.zeros((count * RAYS_PER_ROUND, 3))
-        if self._lamps:
-            chosen, probability = choice.chosen(RAYS_PER_ROUND, generator.random(count))
-            uniforms = _uniforms(count, generator)
-            for number, lamp in enumerate(self._lamps):
-                rows = np.flatnonzero(chosen == number)
-                if len(rows):
-                    light = self._aimed(lamp, centre[rows], normal[rows], uniforms[rows])
-                    found[rows] += light / probability[rows, None]
-        for light in self._surroundings:
-            if light.aimed:
-                found += self._aimed(light, centre, normal, _uniforms(count, generator))
-        if self._surroundings:
-            found += self._by_chance(centre, normal, _uniforms(count, generator))
-        return found.reshape(count, RAYS_PER_ROUND, 3).mean(axis=1)
-
-    def _aimed(self, light: Light, points, normals, uniforms) -> np.ndarray:
-        """Irradiance (K, 3) by one shadow ray from each point, weighed against rays by chance if those meet it too."""
-        rays = light.shadow_rays(points, uniforms)
-        cosine = np.maximum(np.einsum("ij,ij->i", normals, rays.directions), 0.0)
-        density = rays.density + cosine / np.pi if light in self._surroundings else rays.density
-        arriving = rays.radiance * (cosine / density)[:, None]
-        rows = np.flatnonzero((arriving != 0).any(axis=1))
-        through = self._shadows.transmitted(points[rows], rays.directions[rows], rays.distances[rows])
-        arrived = np.zeros_like(arriving)
-        arrived[rows] = arriving[rows] * through
-        return arrived
-
-    def _by_chance(self, points, normals, uniforms) -> np.ndarray:
-        """Irradiance (K, 3) from the surroundings by one cosine-distributed ray from each point."""
-        directions = cosine_hemisphere(normals, uniforms)
-        cosine = np.maximum(np.einsum("ij,ij->i", normals, directions), np.finfo(float).tiny)
-        found = np.zeros_like(points)
-        for rows, hits, share in self._shadows.surfaces(points, directions, self._reach):
-            for light in self._surroundings:
-                radiance, density = light.met(points[rows], directions[rows], hits.triangle, hits.points)
-                weight = cosine[rows] / (density + cosine[rows] / np.pi)
-                found[rows] += radiance * share * weight[:, None]
-        return found
+    def _generator(self, *key: int) -> np.random.Generator:
+        return np.random.default_rng(np.random.SeedSequence(self._seed, spawn_key=(2, *map(int, key))))
 
 
-def _uniforms(count: int, generator: np.random.Generator) -> np.ndarray:
-    """RAYS_PER_ROUND low-discrepancy pairs for each of ``count`` points, (count * RAYS_PER_ROUND, 2)."""
-    shifts = generator.integers(0, 1 << 32, (count, SHADOW_DIMENSIONS), np.uint32)
-    return scrambled_net(RAYS_PER_ROUND, shifts).reshape(-1, SHADOW_DIMENSIONS)
+def _active(rounds: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
+    """Number of each round, and the rows that it is for."""
+    for number in range(int(rounds.max(initial=0))):
+        yield number, np.flatnonzero(rounds > number)
+
+
+def _trust(before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """What a round before learning is worth in later ones, by their variances (N,); 1 where that is not known."""
+    ratio = np.divide(after, before, out=np.ones_like(before), where=before > 0)
+    return np.clip(np.where(np.isnan(ratio), 1.0, ratio), LEAST_WEIGHT, 1.0)

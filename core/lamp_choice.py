@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 
 import numpy as np
 
@@ -29,6 +30,12 @@ class LampChoice:
             for share, weight in ((BY_LIGHT, light), (BY_STRENGTH, strength), (BY_NOTHING, even))
         )
         self._shares /= np.maximum(self._shares.sum(axis=1, keepdims=True), np.finfo(float).tiny)
+
+    def taken(self, rows: np.ndarray) -> LampChoice:
+        """The choice at those ``rows`` of the points alone."""
+        part = copy(self)
+        part._shares = self._shares[rows]
+        return part
 
     def chosen(self, count: int, offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """``count`` lamps for each point, systematically from ``offsets`` (K,) in [0, 1).

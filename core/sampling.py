@@ -150,3 +150,14 @@ def box_entry(bounds: Bounds, directions: np.ndarray, uniforms: np.ndarray) -> n
 def _rescaled(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
     """``part / whole`` inside [0, 1); zero where the whole is zero."""
     return np.clip(np.divide(part, whole, out=np.zeros_like(part), where=whole > 0.0), 0.0, _BELOW_ONE)
+
+
+def hemisphere_uniforms(flat: np.ndarray) -> np.ndarray:
+    """The uniforms (P, 2) that :func:`disc` makes points ``flat`` (P, 2) of the unit disc from, to rounding."""
+    x, y = flat[:, 0], flat[:, 1]
+    wide = np.abs(x) > np.abs(y)
+    longer, shorter = np.where(wide, x, y), np.where(wide, y, x)
+    radius = np.copysign(np.hypot(x, y), longer)
+    aside = (4.0 / np.pi) * radius * np.arctan(shorter / np.where(longer == 0.0, 1.0, longer))
+    square = np.stack([np.where(wide, radius, aside), np.where(wide, aside, radius)], axis=1)
+    return np.clip(0.5 * (square + 1.0), 0.0, 1.0)

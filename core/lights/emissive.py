@@ -35,6 +35,7 @@ class EmissiveTriangles:
     rows: np.ndarray | None = None
     sharp: ClassVar[bool] = False
     aimed: ClassVar[bool] = True
+    distant: ClassVar[bool] = False
     _normals: np.ndarray = field(init=False, repr=False)
     _areas: np.ndarray = field(init=False, repr=False)
     _shares: np.ndarray = field(init=False, repr=False)
@@ -71,6 +72,10 @@ class EmissiveTriangles:
         directions, distances = towards(places - points)
         radiance, density = self._seen(chosen, directions, distances)
         return ShadowRays(directions, distances, radiance, density)
+
+    def among(self, triangle: np.ndarray) -> np.ndarray:
+        """Whether each of the scene's ``triangle`` (K,), -1 for none, is one of these."""
+        return self.rows[np.minimum(np.searchsorted(self.rows, triangle), len(self.rows) - 1)] == triangle
 
     def met(self, points: np.ndarray, directions: np.ndarray, triangle: np.ndarray, places: np.ndarray):
         """Radiance (K, 3) of the triangles that the rays met, and the density (K,) of being aimed at there."""

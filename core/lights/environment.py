@@ -34,6 +34,7 @@ class EnvironmentWorld:
     radiance: np.ndarray
     sharp: ClassVar[bool] = False
     aimed: ClassVar[bool] = True
+    distant: ClassVar[bool] = True
     _row_factors: np.ndarray = field(init=False, repr=False)
     _column_factors: np.ndarray = field(init=False, repr=False)
     _shares: np.ndarray = field(init=False, repr=False)
@@ -76,6 +77,10 @@ class EnvironmentWorld:
         travel, _ = self._within(row, column, np.clip(across, 0.0, 1.0), up)
         radiance, density = self._seen(row, column)
         return ShadowRays(-travel, np.full(len(row), np.inf), radiance, np.where(density > 0.0, density, 1.0))
+
+    def among(self, triangle: np.ndarray) -> np.ndarray:
+        """Whether rays that met ``triangle`` (K,) left the scene: where it is -1."""
+        return triangle < 0
 
     def met(self, points: np.ndarray, directions: np.ndarray, triangle: np.ndarray, places: np.ndarray):
         """Radiance (K, 3) of the pixels that rays out of the scene look at, and the density (K,) of aiming there."""

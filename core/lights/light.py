@@ -89,10 +89,16 @@ class Surroundings(Light, Protocol):
     """A light that rays from a point may also meet by chance: the world behind everything, or shining triangles.
 
     Rays chosen by the light and rays chosen by the cosine are then weighed by both densities (balance heuristic).
-    Attribute ``aimed``: whether the light chooses rays at all; one that the cosine alone finds best has no shadow_rays.
+    Attributes ``aimed``: whether the light chooses rays at all; one that the cosine alone finds best has no
+    shadow_rays; ``distant``: whether it lies behind everything, so that rays meet it wherever they leave the scene.
     """
 
     aimed: bool
+    distant: bool
+
+    def among(self, triangle: np.ndarray) -> np.ndarray:
+        """Whether (K,) this light may be what rays see that met the scene's ``triangle`` (K,), -1 for none."""
+        ...
 
     def met(self, points: np.ndarray, directions: np.ndarray, triangle: np.ndarray, places: np.ndarray):
         """What ``points`` (K, 3) see of this light along unit ``directions`` (K, 3): radiance and density.

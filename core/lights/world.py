@@ -24,6 +24,7 @@ class UniformWorld:
     radiance: np.ndarray
     sharp: ClassVar[bool] = False
     aimed: ClassVar[bool] = False
+    distant: ClassVar[bool] = True
 
     def __post_init__(self):
         object.__setattr__(self, "radiance", vector(self.radiance, "The world's radiance"))
@@ -31,6 +32,10 @@ class UniformWorld:
     def flux(self, bounds: Bounds) -> np.ndarray:
         """Radiant flux (3,) in W that enters the box: pi times radiance times surface."""
         return self.radiance * (2.0 * np.pi * bounds.face_areas.sum())
+
+    def among(self, triangle: np.ndarray) -> np.ndarray:
+        """Whether rays that met ``triangle`` (K,) left the scene: where it is -1."""
+        return triangle < 0
 
     def met(self, points: np.ndarray, directions: np.ndarray, triangle: np.ndarray, places: np.ndarray):
         """Its radiance (K, 3) along the rays that left the scene, and density (K,) zero: nobody aims at it."""

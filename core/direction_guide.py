@@ -1,0 +1,167 @@
+"""Which directions light comes from, as groups of points have seen: cells of the hemisphere, each with a density.
+
+Cells are squares of the unit square from which a cosine-distributed direction is made, so all are equally likely by
+chance. A density of chances that is constant in cells, times the cosine's own, aims where light was found. Whatever
+was learnt, the mean is right, since rays are divided by the density that they were chosen with; a share of them
+always follows the cosine alone. Source: the histograms of Jensen, "Importance Driven Path Tracing using the Photon
+Map", Eurographics Rendering Workshop 1995.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+#: Cells along each side of the square.
+SIDE = 16
+
+#: Shares of the rays that may follow the cosine whatever was learnt: one over it is the most that variance can grow.
+DEFENSIVE = (0.5, 0.25, 0.125)
+
+#: What aiming is to leave of the second moment to be used: chance is spread more evenly.
+LEAST_GAIN = 0.75
+
+#: Consecutive groups, which are neighbours, that may learn together where each alone saw too little.
+TOGETHER = 4
+
+_BELOW_ONE = np.nextafter(1.0, 0.0)
+
+
+class DirectionGuide:
+    """``density`` (G, SIDE * SIDE) over each group's cells, mean 1; all 1 where the cosine alone does as well."""
+
+    def __init__(self, density: np.ndarray):
+        self._density = density
+        self._even = (density == 1.0).all(axis=1)
+
+    def part(self, groups: slice) -> DirectionChoice | None:
+        """What it takes to choose directions for some consecutive groups, numbered from 0; None: by the cosine."""
+        return None if self._even[groups].all() else DirectionChoice.over(self._density[groups])
+
+
+@dataclass(frozen=True)
+class DirectionChoice:
+    """Densities (G * SIDE * SIDE,) and their running sums over rows (G * SIDE,) and within rows (G * SIDE * SIDE,).
+
+    Each running sum goes on from the whole number that counts the sums before.
+    """
+
+    density: np.ndarray
+    rows: np.ndarray
+    columns: np.ndarray
+
+    @classmethod
+    def over(cls, density: np.ndarray) -> DirectionChoice:
+        """By ``density`` (G, SIDE * SIDE)."""
+        density = density.astype(np.float64).reshape(-1, SIDE)
+        return cls(density.ravel(), _ends(density.sum(axis=1).reshape(-1, SIDE)), _ends(density))
+
+    def warped(self, group: np.ndarray, uniforms: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """``uniforms`` (K, 2) moved to where light is for each ``group`` (K,), and the density (K,) there."""
+        row, first = _chosen(self.rows, group, uniforms[:, 0])
+        column, second = _chosen(self.columns, row, uniforms[:, 1])
+        places = np.stack([row % SIDE + first, column % SIDE + second], axis=1) / SIDE
+        return np.minimum(places, _BELOW_ONE), self.density[column]
+
+    def density_at(self, group: np.ndarray, uniforms: np.ndarray) -> np.ndarray:
+        """Density (K,) with which :meth:`warped` moves uniforms to these ``uniforms`` (K, 2)."""
+        return self.density[group * (SIDE * SIDE) + cells(uniforms)]
+
+
+def cells(uniforms: np.ndarray) -> np.ndarray:
+    """Numbers (K,) of the cells that ``uniforms`` (K, 2) in [0, 1] lie in."""
+    row, column = np.minimum((uniforms * SIDE).astype(np.int64), SIDE - 1).T
+    return row * SIDE + column
+
+
+def _ends(weights: np.ndarray) -> np.ndarray:
+    ends = np.cumsum(weights, axis=1)
+    ends /= ends[:, -1:]
+    ends[:, -1] = 1.0
+    return (ends + np.arange(len(ends))[:, None]).ravel()
+
+
+def _chosen(ends: np.ndarray, owner: np.ndarray, uniforms: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The entry (K,) of ``ends`` chosen among those of each ``owner`` (K,), and the uniforms (K,) rescaled in it."""
+    target = owner + uniforms
+    found = np.minimum(np.searchsorted(ends, target, side="right"), owner * SIDE + (SIDE - 1))
+    end = ends[found]
+    start = np.where(found > owner * SIDE, ends[found - 1], owner)
+    return found, np.clip((target - start) / (end - start), 0.0, _BELOW_ONE)
+
+
+class DirectionSums:
+    """What rays have found so far in each of the cells of G groups, apart for two halves of their points.
+
+    With M what a ray brings, relative to its point's light, and densities c of the cosine and a of aiming at the light
+    there: estimates of the integrals of M^2 c, of c, and of M^2 (a + c), each (2, G, SIDE * SIDE).
+    """
+
+    def __init__(self, groups: int):
+        self._found, self._sought, self._moment = np.zeros((3, 2, groups, SIDE * SIDE), np.float32)
+
+    def add(self, groups: slice, half: np.ndarray, place: np.ndarray, light: np.ndarray, weight, whole) -> None:
+        """K rays more: which ``half`` (K,), the ``place`` (K,) group * SIDE^2 + cell, M, and c and a + c over the
+        density with which the rays were chosen."""
+        shape = self._found[:, groups].shape
+        size = shape[0] * shape[1] * shape[2]
+        place = half * (size // 2) + place
+        for sums, use in ((self._found, light**2 * weight), (self._sought, weight), (self._moment, light**2 * whole)):
+            sums[:, groups] += np.bincount(place, use, size).reshape(shape)
+
+    def guide(self) -> DirectionGuide:
+        """The guide that follows: aims as far as each half of the points says is good for the other."""
+        best = np.ones_like(self._found[0])
+        least = LEAST_GAIN * self._moment.sum(axis=(0, 2))
+        for found, sought in self._views():
+            learnt = _density(found[0], sought[0]), _density(found[1], sought[1])
+            together = _density(found.sum(axis=0), sought.sum(axis=0))
+            for share in DEFENSIVE:
+                moment = self._left(0, _mixed(learnt[1], share)) + self._left(1, _mixed(learnt[0], share))
+                better = moment < least
+                least = np.where(better, moment, least)
+                best[better] = _mixed(together[better], share)
+        return DirectionGuide(best)
+
+    def _views(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """What was found and sought, as it is; blurred, where little was seen; and with the next groups."""
+        yield self._found, self._sought
+        yield _blurred(self._found), _blurred(self._sought)
+        near = _with_next(self._found), _with_next(self._sought)
+        yield near
+        yield tuple(map(_blurred, near))
+
+    def _left(self, half: int, density: np.ndarray) -> np.ndarray:
+        """What becomes of the second moment (G,) of this half when rays by chance have that ``density``."""
+        found, moment = self._found[half], self._moment[half]
+        by_chance = np.divide(found, moment, out=np.zeros_like(found), where=moment > 0)
+        return (moment / (1.0 + (density - 1.0) * by_chance)).sum(axis=1)
+
+
+def _density(found: np.ndarray, sought: np.ndarray) -> np.ndarray:
+    """Density (G, SIDE * SIDE): means over a cell's own rays, so that even light leads to an even density."""
+    strength = np.sqrt(np.divide(found, sought, out=np.zeros_like(found), where=sought > 0))
+    usual = strength.sum(axis=1, keepdims=True) / np.maximum((sought > 0).sum(axis=1, keepdims=True), 1)
+    strength = np.where(sought > 0, strength, usual)
+    mean = strength.mean(axis=1, keepdims=True)
+    return np.divide(strength, mean, out=np.ones_like(strength), where=mean > 0)
+
+
+def _mixed(learnt: np.ndarray, share: float) -> np.ndarray:
+    return share + (1.0 - share) * learnt
+
+
+def _blurred(sums: np.ndarray) -> np.ndarray:
+    """Each cell with a quarter of its neighbours along either side, and a sixteenth of those across corners."""
+    square = sums.reshape(*sums.shape[:2], SIDE, SIDE)
+    wide = np.pad(square, ((0, 0), (0, 0), (1, 1), (1, 1)), "edge")
+    tall = 0.25 * (wide[..., :-2, :] + wide[..., 2:, :]) + 0.5 * wide[..., 1:-1, :]
+    return (0.25 * (tall[..., :-2] + tall[..., 2:]) + 0.5 * tall[..., 1:-1]).reshape(sums.shape)
+
+
+def _with_next(sums: np.ndarray) -> np.ndarray:
+    """Sums over blocks of TOGETHER consecutive groups, for each of their groups."""
+    begin = np.arange(0, sums.shape[1], TOGETHER)
+    return np.add.reduceat(sums, begin, axis=1)[:, np.arange(sums.shape[1]) // TOGETHER]

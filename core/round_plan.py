@@ -1,0 +1,54 @@
+"""How many rounds of rays each point gets next: more where the light around it is noisy, fewer where it is sure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+#: No point gets less than this share of the rounds that an even plan would give it, nor more than so many times them.
+LEAST_SHARE, MOST_SHARE = 0.5, 4.0
+
+#: Rounds of a larger relative variance count as no noisier: nobody waits for the light of dark corners.
+NOISIEST = 16.0
+
+_HALVINGS = 30
+
+
+def planned(
+    rounds: int, had: Sequence[np.ndarray], variance: Sequence[np.ndarray], cost: Sequence[int]
+) -> tuple[np.ndarray, ...]:
+    """Rounds (N,) of each kind of rays for each of N points, at the cost of ``rounds`` for all.
+
+    For each kind: how many rounds each point has ``had`` (N,), the relative ``variance`` (N,) of one round there, as
+    its neighbours' rounds tell (nan while that is unknown), and the ``cost`` of a round, 0 if there are no such rays.
+    The mean of all points' squared errors becomes least when the rounds had are as sqrt(variance / cost).
+    """
+    even = np.full(len(had[0]), rounds)
+    wanted = [np.sqrt(np.minimum(v, NOISIEST) / max(c, 1)) for v, c in zip(variance, cost, strict=True)]
+    kinds = [kind for kind, c in enumerate(cost) if c]
+    if not kinds or any(np.isnan(wanted[kind]).all() for kind in kinds):
+        return tuple(even for _ in cost)
+    plan = [np.zeros(len(even)) if c == 0 else even for c in cost]
+
+    def at(level: float) -> float:
+        """Plan for rounds had of ``level`` times what is wanted; returns the cost."""
+        for kind in kinds:
+            more = np.clip(level * wanted[kind] - had[kind], LEAST_SHARE * rounds, MOST_SHARE * rounds)
+            plan[kind] = np.where(np.isnan(more), rounds, more)
+        return sum(cost[kind] * plan[kind].sum() for kind in kinds)
+
+    budget = rounds * len(even) * sum(cost)
+    most = max(np.nanmax(wanted[kind]) for kind in kinds)
+    if most == 0:
+        return tuple(even for _ in cost)
+    low, high = 0.0, 1.0 / most
+    while at(high) < budget and high < 1e12 / most:
+        low, high = high, 2.0 * high
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if at(middle) < budget else (low, middle)
+    at(low)
+    # Points round up and down in turn, so that groups get what they want on average.
+    turn = (np.arange(len(even)) * 0.6180339887498949) % 1.0
+    return tuple(np.maximum((p + turn).astype(np.int64), (p > 0).astype(np.int64)) for p in plan)

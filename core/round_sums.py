@@ -1,0 +1,63 @@
+"""Sums over rounds of rays, each an independent estimate; points may have had different numbers of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class RoundSums:
+    """What was found at N points; all of it grows in place.
+
+    count    (N,) of rounds
+    total    (N, 3) sum of their irradiance, W/m^2, RGB
+    squares  (N, 3) sum of its squares
+    """
+
+    count: np.ndarray
+    total: np.ndarray
+    squares: np.ndarray
+
+    @classmethod
+    def of(cls, points: int) -> RoundSums:
+        """No rounds yet."""
+        return cls(np.zeros(points), np.zeros((points, 3)), np.zeros((points, 3)))
+
+    def add(self, rows: slice | np.ndarray, sample: np.ndarray) -> None:
+        """One round more at ``rows`` (K,), all different, which found ``sample`` (K, 3)."""
+        self.count[rows] += 1
+        self.total[rows] += sample
+        self.squares[rows] += sample**2
+
+    @property
+    def mean(self) -> np.ndarray:
+        """Irradiance (N, 3); zero without rounds."""
+        return self.total / np.maximum(self.count, 1)[:, None]
+
+    @property
+    def variance(self) -> np.ndarray:
+        """Of a single round, (N, 3); zero below two rounds."""
+        count = np.maximum(self.count, 2)[:, None]
+        return np.where(
+            self.count[:, None] < 2, 0.0, np.maximum(self.squares - self.total**2 / count, 0.0) / (count - 1)
+        )
+
+    def squared_error(self, value: np.ndarray) -> np.ndarray:
+        """Squared standard error (N, 3) of :attr:`mean`, where all light is ``value`` (N, 3); inf below two rounds.
+
+        Few rounds that happen to agree do not prove that all would: to their own variance one of that relative size is
+        added which the rounds have at all points on average (an empirical Bayes estimate with the weight of one round).
+        """
+        variance, enough = self.variance, self.count >= 2
+        relative = np.divide(variance, value**2, out=np.zeros_like(value), where=value > 0)
+        usual = np.minimum(relative[enough], 1.0).mean(axis=0) * value**2 if enough.any() else 0.0
+        count = np.maximum(self.count, 1)[:, None]
+        return np.where(enough[:, None], ((count - 1) * variance + usual) / count**2, np.inf)
+
+    def relative_variance(self, light: np.ndarray) -> np.ndarray:
+        """Variance (N,) of a round's RGB sum, fully correlated, over ``light`` (N,) squared; nan below two rounds."""
+        spread = np.sqrt(self.variance).sum(axis=1)
+        relative = np.divide(spread, light, out=np.zeros_like(light), where=light > 0)
+        return np.where(self.count >= 2, relative**2, np.nan)

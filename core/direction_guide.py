@@ -108,8 +108,11 @@ class DirectionSums:
         shape = self._found[:, groups].shape
         size = shape[0] * shape[1] * shape[2]
         place = half * (size // 2) + place
-        for sums, use in ((self._found, light**2 * weight), (self._sought, weight), (self._moment, light**2 * whole)):
-            sums[:, groups] += np.bincount(place, use, size).reshape(shape)
+        self._sought[:, groups] += np.bincount(place, weight, size).reshape(shape)
+        lit = np.flatnonzero(light)
+        place, square = place[lit], light[lit] ** 2
+        for sums, share in ((self._found, weight), (self._moment, whole)):
+            sums[:, groups] += np.bincount(place, square * share[lit], size).reshape(shape)
 
     def guide(self) -> DirectionGuide:
         """The guide that follows: aims as far as each half of the points says is good for the other."""

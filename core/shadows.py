@@ -49,11 +49,13 @@ class Shadows:
         """
         rows, share = np.arange(len(origins)), np.ones((len(origins), 3))
         reach = np.broadcast_to(reach, len(origins))
-        starts = origins
+        starts, endless = origins, np.isinf(reach).all()
         for _ in range(MOST_PASSAGES):
             hits = self._caster.first_hits(starts, directions[rows])
-            beyond = np.linalg.norm(hits.points - origins[rows], axis=1) >= reach[rows]
-            triangle = np.where(beyond, -1, hits.triangle)
+            triangle = hits.triangle
+            if not endless:
+                beyond = np.linalg.norm(hits.points - origins[rows], axis=1) >= reach[rows]
+                triangle = np.where(beyond, -1, triangle)
             yield rows, Hits(triangle, hits.points), share
             if self._transmittance is None:
                 return

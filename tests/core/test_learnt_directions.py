@@ -141,6 +141,17 @@ def test_lamps_that_are_certain_leave_their_rays_to_the_sky():
     assert light._by_lamps.count.min() >= LEAST_SHARE * 60
 
 
+def test_points_with_other_light_need_fewer_rays():
+    scene, points, normals = room("world")
+    light = looked(scene, points, normals, 16)
+    before, bright = light._after.count.copy(), points[:, 0] > 0
+    for _ in light.rounds(16, 48, np.where(bright, 100.0, 0.0)[:, None] * np.ones(3)):
+        pass
+    more = np.empty(len(points))
+    more[light._groups.order] = light._after.count - before
+    assert more[bright].mean() < 0.7 * more[~bright].mean()
+
+
 def test_rounds_follow_the_noise_and_cost_what_was_asked():
     variance = np.repeat([0.0, 0.04, 0.16], 1000)
     (plan,) = planned(16, (np.full(3000, 16.0),), (variance,), (8,))

@@ -37,6 +37,10 @@ class Segments:
         particle = None if self.particle is None else self.particle[rows]
         return Segments(self.origins[rows], self.ends[rows], self.flux[rows], self.bounce[rows], particle)
 
+    def spread(self, count: int) -> Segments:
+        """``count`` of them, at most all, evenly from the first to the last: those of one light follow each other."""
+        return self.taken(np.linspace(0, len(self) - 1, min(count, len(self))).astype(np.int64)) if len(self) else self
+
     @property
     def direct(self) -> Segments:
         """Those straight from a light."""

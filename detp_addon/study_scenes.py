@@ -38,5 +38,5 @@ def load_study_scene(name: str, path: Path, segments: int) -> StudyScene:
     while sum(map(len, parts)) < segments:
         generator = np.random.default_rng(np.random.SeedSequence(0, spawn_key=(2, len(parts))))
         parts.append(tracer.trace(PHOTONS, generator).segments)
-    traced = Segments.joined(parts).taken(slice(0, segments))
+    traced = Segments.joined(parts).spread(segments)
     return StudyScene(name, len(export.scene.triangles), export.centres, export.normals, radius, traced)

@@ -206,4 +206,4 @@ def pilot_of(discs: TangentDiscs, expected: int, pilot: Segments | None) -> Segm
     if pilot is None or len(pilot) == 0:
         rows = np.random.default_rng(0).integers(0, len(discs), (2, count))
         return bare_segments(discs.centres[rows[0]], discs.centres[rows[1]])
-    return pilot.taken(np.linspace(0, len(pilot) - 1, min(count, len(pilot))).astype(np.int64))
+    return pilot.spread(count)

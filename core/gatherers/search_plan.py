@@ -77,7 +77,7 @@ def crossings_per_segment(discs: TangentDiscs, pilot: Segments) -> float:
     """How many of ``discs`` a segment like the ``pilot``'s crosses, from a sample of both."""
     if len(discs) == 0 or len(pilot) == 0:
         return 0.0
-    pilot = pilot.taken(slice(0, SEGMENTS))
+    pilot = pilot.spread(SEGMENTS)
     rows = np.random.default_rng(0).integers(0, len(discs), min(DISCS, len(discs)))
     found = sum(len(crossings) for crossings in DiscIndex(discs.taken(rows), "tree").crossings(pilot))
     return found / len(pilot) * len(discs) / len(rows)

@@ -45,5 +45,5 @@ class StudyScene:
         return TangentDiscs.of_radius(self.centres, self.normals, radius)
 
     def some(self, count: int) -> Segments:
-        """The first ``count`` of the segments."""
-        return self.segments.taken(slice(0, count))
+        """``count`` of the segments, as different as all are."""
+        return self.segments.spread(count)

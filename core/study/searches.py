@@ -63,9 +63,11 @@ def disc_index_over_sphere_cache(rows: list[dict], column: str, index: str = "gr
         kind: {row["d/spacing"]: row[column] for row in rows if row["search"] == kind}
         for kind in (index, "sphere-cache")
     }
-    return [(d, by_kind[index][d] / by_kind["sphere-cache"][d]) for d in sorted(by_kind[index])]
+    needed = by_kind["sphere-cache"]
+    return [(d, by_kind[index][d] / needed[d]) for d in sorted(by_kind[index]) if needed[d] > 0]
 
 
 def crossover(rows: list[dict], column: str, index: str) -> float | None:
     """d in spacings from which the Sphere Cache needs less of ``column``; None: it never does in ``rows``."""
-    return crossing(*zip(*disc_index_over_sphere_cache(rows, column, index), strict=True))
+    ratios = disc_index_over_sphere_cache(rows, column, index)
+    return crossing(*zip(*ratios, strict=True)) if ratios else None

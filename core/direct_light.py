@@ -96,7 +96,7 @@ class DirectLight:
         for kind, sums, share in [*parts, (self._surroundings, self._after, 1.0 - first)]:
             if kind.rays_per_round:
                 with np.errstate(invalid="ignore"):
-                    squared += np.where(np.equal(share, 0.0), 0.0, share**2 * sums.squared_error(value))
+                    squared += np.where(np.equal(share, 0.0), 0.0, share**2 * sums.squared_error(value, self._groups))
         result = np.empty((2, *value.shape))
         result[:, self._groups.order] = value, np.sqrt(squared)
         return Irradiance(*result)

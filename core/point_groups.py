@@ -38,6 +38,10 @@ class PointGroups:
         start = np.append(tree.start[leaves], len(points))
         return cls(tree.order, np.repeat(np.arange(len(leaves)), np.diff(start)), start)
 
+    def means(self, values: np.ndarray) -> np.ndarray:
+        """Mean (N,) over each point's group, of ``values`` (N,) in the groups' order."""
+        return (np.add.reduceat(values, self.start[:-1]) / np.diff(self.start))[self.group]
+
     def of_others(self, values: np.ndarray) -> np.ndarray:
         """Mean (N,) over the others of each point's group, of ``values`` (N,) in the groups' order; nan if alone."""
         count = np.diff(self.start)[self.group]

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .point_groups import PointGroups
+
 
 @dataclass(frozen=True)
 class RoundSums:
@@ -44,15 +46,15 @@ class RoundSums:
             self.count[:, None] < 2, 0.0, np.maximum(self.squares - self.total**2 / count, 0.0) / (count - 1)
         )
 
-    def squared_error(self, value: np.ndarray) -> np.ndarray:
+    def squared_error(self, value: np.ndarray, groups: PointGroups) -> np.ndarray:
         """Squared standard error (N, 3) of :attr:`mean`, where all light is ``value`` (N, 3); inf below two rounds.
 
         Few rounds that happen to agree do not prove that all would: to their own variance one of that relative size is
-        added which the rounds have at all points on average (an empirical Bayes estimate with the weight of one round).
+        added which the rounds have in the point's group (an empirical Bayes estimate with the weight of one round).
         """
         variance, enough = self.variance, self.count >= 2
         relative = np.divide(variance, value**2, out=np.zeros_like(value), where=value > 0)
-        usual = np.minimum(relative[enough], 1.0).mean(axis=0) * value**2 if enough.any() else 0.0
+        usual = np.stack([groups.means(channel) for channel in np.minimum(relative, 1.0).T], axis=1) * value**2
         count = np.maximum(self.count, 1)[:, None]
         return np.where(enough[:, None], ((count - 1) * variance + usual) / count**2, np.inf)
 

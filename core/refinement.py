@@ -199,7 +199,7 @@ class Refinement:
             return step
         if step.rounds:
             rounds = int(step.rounds * share)
-            return Step(rounds=rounds) if rounds else None
+            return Step(rounds=rounds) if rounds > 0 else None
         photons = int(step.photons * share)
         return Step(photons=photons) if photons >= LEAST_PHOTONS else None
 

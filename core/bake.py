@@ -154,7 +154,7 @@ def bake(
             reason=reason,
             photons=photons.particles,
             segments=photons.segments,
-            shadow_rays=rays.done * rays.rays_per_round if rays is not None else 0,
+            shadow_rays=rays.rays if rays is not None else 0,
             seconds=stopwatch.seconds,
             emitted_flux=tracer.emitted_flux,
             cut_flux=photons.cut_flux,
@@ -163,7 +163,8 @@ def bake(
     refinement = Refinement(settings, rays, photons if kinds else None, stopwatch, start)
     while (step := refinement.next()) is not None:
         if step.rounds:
-            work = stopwatch.timed("shadow", rays.rounds(rays.done, rays.done + step.rounds))
+            last = rays.done + step.rounds
+            work = stopwatch.timed("shadow", rays.rounds(rays.done, last, photons.part("indirect").value))
             for _ in work:
                 yield Progress("Casting shadow rays", refinement.fraction)
         else:

@@ -10,22 +10,22 @@ from typing import TypeVar
 
 import numpy as np
 
-from .direct_light import DirectLight
+from .direct.direct_light import DirectLight
 from .discs import TangentDiscs
-from .enclosure import hidden_points
 from .errors import NoMeshError
+from .estimator.enclosure import hidden_points
+from .estimator.visible_area import VisibleDiscs, visible_discs, whole_discs
 from .gatherers.choose import make_gatherer
-from .guiding import learn_guide
 from .irradiance import Irradiance
-from .photon_light import PhotonLight
+from .photons.guiding import learn_guide
+from .photons.photon_light import PhotonLight
+from .photons.tracing import PhotonTracer
 from .radius import Disc, check_radius, chosen_disc
 from .rays import RayCaster
 from .refinement import Refinement
 from .scene import Scene
 from .settings import BakeSettings
 from .stopwatch import Stopwatch
-from .tracing import PhotonTracer
-from .visible_area import VisibleDiscs, visible_discs, whole_discs
 
 Result = TypeVar("Result")
 
@@ -99,8 +99,8 @@ def bake(
 ) -> Generator[Progress, None, BakeResult]:
     """Estimate the irradiance at points ``centres`` (N, 3) m with unit ``normals`` (N, 3), step by step.
 
-    ``inward`` (N, 3) metres leads from points on an edge into their own faces (see core/visible_area.py); None when all
-    points lie inside faces.
+    ``inward`` (N, 3) metres leads from points on an edge into their own faces (estimator/visible_area.py); None when
+    all points lie inside faces.
 
     Yields a Progress often (a user interface calls next() between redraws; closing the generator cancels) and
     returns a BakeResult. Memory is bounded by the batch. Raises NoMeshError without points, NoLightError without

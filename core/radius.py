@@ -7,17 +7,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .direct_light import DirectLight
+from .direct.direct_light import DirectLight
 from .discs import TangentDiscs
 from .errors import InvalidSettingError
-from .estimate import Accumulator
+from .estimator.estimate import Accumulator
+from .estimator.visible_area import whole_discs
 from .gatherers.choose import make_gatherer
 from .irradiance import Irradiance
+from .photons.tracing import PhotonTracer
 from .rays import RayCaster
 from .scene import Scene
 from .settings import NOISE_SHARE, BakeSettings, error_for
-from .tracing import PhotonTracer
-from .visible_area import whole_discs
 
 #: Particles of the pilot trace, and the most points that it looks at.
 PILOT_PHOTONS = 1 << 15

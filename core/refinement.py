@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .direct_light import DirectLight
+from .direct.direct_light import DirectLight
 from .irradiance import Irradiance
-from .photon_light import PHOTONS_PER_GATHER, PhotonLight
+from .photons.photon_light import PHOTONS_PER_GATHER, PhotonLight
 from .settings import BakeSettings
 from .stopwatch import Stopwatch
 

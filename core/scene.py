@@ -10,7 +10,7 @@ from .bounds import Bounds
 from .checks import float_rows, index_rows
 from .errors import InvalidArrayError, NoMeshError
 from .lights.light import Light
-from .specular import Specular
+from .photons.specular import Specular
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,10 @@ from dataclasses import dataclass, field, replace
 import bpy
 import numpy as np
 
-from ..core.ambient_occlusion import ambient_occlusion
 from ..core.bake import BakeResult, Progress, bake
-from ..core.enclosure import unlit
+from ..core.direct.ambient_occlusion import ambient_occlusion
 from ..core.errors import DetpError, InvalidSettingError, UnwritableFileError
+from ..core.estimator.enclosure import unlit
 from ..core.settings import BakeSettings
 from .chosen_objects import chosen_objects
 from .element_values import QUANTITIES, quantity_values, spread

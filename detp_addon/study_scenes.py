@@ -7,12 +7,12 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+from ..core.photons.tracing import PhotonTracer
 from ..core.radius import chosen_disc
 from ..core.rays import RayCaster
 from ..core.segments import Segments
 from ..core.settings import BakeSettings
 from ..core.study.scene import StudyScene
-from ..core.tracing import PhotonTracer
 from .blender_output import blender_silenced
 from .files import check_readable, open_blend
 from .reading.read_scene import read_scene

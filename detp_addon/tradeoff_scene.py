@@ -9,8 +9,8 @@ import bpy
 import numpy as np
 
 from ..core.bake import bake
-from ..core.enclosure import unlit
 from ..core.errors import NoMeshError
+from ..core.estimator.enclosure import unlit
 from ..core.settings import BakeSettings
 from .cycles_bake import set_up_cycles
 from .face_copies import Faces, centred, give_light_attribute, render_faces

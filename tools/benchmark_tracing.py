@@ -19,10 +19,10 @@ from pathlib import Path
 import bpy
 import numpy as np
 from detp.core import compiled, parallel
-from detp.core.photon_light import PHOTONS_PER_TRACE
+from detp.core.photons.photon_light import PHOTONS_PER_TRACE
+from detp.core.photons.tracing import PhotonTracer
 from detp.core.rays import RAYS_PER_SLICE, RayCaster
 from detp.core.scene import Scene
-from detp.core.tracing import PhotonTracer
 from detp.detp_addon.reading.read_scene import read_scene
 
 RUNS = 5

@@ -22,11 +22,11 @@ import bpy
 import numpy as np
 from detp.core.bake import BakeResult, bake
 from detp.core.discs import TangentDiscs
-from detp.core.enclosure import unlit
+from detp.core.estimator.enclosure import unlit
+from detp.core.estimator.visible_area import DIRECTIONS, VisibleDiscs, visible_discs
 from detp.core.rays import RayCaster
 from detp.core.sampling import cosine_hemisphere, frames
 from detp.core.settings import BakeSettings
-from detp.core.visible_area import DIRECTIONS, VisibleDiscs, visible_discs
 from detp.detp_addon.element_values import spread
 from detp.detp_addon.write_attributes import faces_of
 from enclosures import ENCLOSURES, Furnace, furnace

@@ -1,4 +1,4 @@
-"""What diffuse surfaces do with particles between two casts of rays: core/tracing.py's steps in one pass each."""
+"""What diffuse surfaces do to particles between two casts of rays: the steps of photons/tracing.py in one pass each."""
 
 from __future__ import annotations
 

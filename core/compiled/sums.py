@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numba import njit
 
-DIRECTIONS = 32  # corners of an outline, as in core/visible_area.py
+DIRECTIONS = 32  # corners of an outline, as in core/estimator/visible_area.py
 STRIPE = 64  # discs in a row that one thread adds up
 
 _ANGLES = np.arange(DIRECTIONS + 1) * (2.0 * math.pi / DIRECTIONS)
@@ -28,7 +28,7 @@ def sector(x, y):
 
 @njit(error_model="numpy")
 def _visible(origins, ends, segment, discs, reach, disc):
-    """Whether the crossing lies inside the disc's outline: what core/visible_area.py does, and its `frames`."""
+    """Whether the crossing lies inside the disc's outline: as estimator/visible_area.py does, and its `frames`."""
     nx, ny, nz = discs[disc, 3], discs[disc, 4], discs[disc, 5]
     ox, oy, oz = origins[segment, 0], origins[segment, 1], origins[segment, 2]
     sx, sy, sz = ends[segment, 0] - ox, ends[segment, 1] - oy, ends[segment, 2] - oz
@@ -59,7 +59,7 @@ def add_up(segment, disc, origins, ends, flux, discs, reach, part, parts, kept):
     origins, ends, flux  (S, 3) of the segments
     discs        (N, 16) centre, normal, 1 if the disc is partial else 0, -, and three sums of the flux and of its
                  square, which are counted up: what a crossing needs is fetched at once
-    reach        (N, DIRECTIONS) the outlines, see core/visible_area.py
+    reach        (N, DIRECTIONS) the outlines, see core/estimator/visible_area.py
     part, parts  only every so-manieth stripe of discs is done, so that several threads share the work and each disc's
                  sums have the same order
     kept         (C,) written for the stripes that are done: whether the crossing counts
@@ -80,7 +80,7 @@ def add_up(segment, disc, origins, ends, flux, discs, reach, part, parts, kept):
 
 @njit("void(i8[::1], i8[::1], u4[::1], f8[:,::1], f8[:,::1])", nogil=True, cache=True, error_model="numpy")
 def repeated_products(segment, disc, particle, flux, found):
-    """What core/repeated_crossings.py looks for among the crossings ``segment``, ``disc`` (C,): ``found`` (N, 3) zeros.
+    """What estimator/repeated_crossings.py seeks among crossings ``segment``, ``disc`` (C,): ``found`` (N, 3) zeros.
 
     particle, flux  (S,), (S, 3) of the segments
     """

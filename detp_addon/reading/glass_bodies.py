@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...core.specular import fresnel
+from ...core.photons.specular import fresnel
 from .response import Response
 from .triangle_geometry import cross, dots
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...core.specular import Specular
+from ...core.photons.specular import Specular
 from .read_meshes import MeshSurface
 from .response import Response
 from .triangle_geometry import cross, dots, normal_matrix, safe_unit

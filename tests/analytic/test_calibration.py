@@ -2,7 +2,7 @@
 
 import calibration
 import pytest
-from detp.core import repeated_crossings
+from detp.core.estimator import repeated_crossings
 
 SEEDS = 80
 

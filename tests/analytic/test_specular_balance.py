@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from detp.core.lights.point import PointLight
 from detp.core.lights.sun import SunLight
+from detp.core.photons.specular import Specular
+from detp.core.photons.tracing import PhotonTracer
 from detp.core.rays import RayCaster
 from detp.core.scene import Scene
-from detp.core.specular import Specular
-from detp.core.tracing import PhotonTracer
 from rooms import box_quads, scene_of
 from scipy import stats
 

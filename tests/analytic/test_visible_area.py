@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from detp.core.bake import bake
 from detp.core.discs import TangentDiscs
+from detp.core.estimator.visible_area import NUDGE, visible_discs
 from detp.core.lights.emissive import EmissiveTriangles
 from detp.core.lights.point import PointLight
 from detp.core.lights.world import UniformWorld
 from detp.core.rays import RayCaster
 from detp.core.scene import Scene
 from detp.core.settings import BakeSettings
-from detp.core.visible_area import NUDGE, visible_discs
 from rooms import box_quads, finished, scene_of, z_scores
 
 RADIUS = 0.1

@@ -11,8 +11,8 @@ from detp.core.discs import TangentDiscs  # noqa: E402
 from detp.core.gatherers.brute_force import BruteForce  # noqa: E402
 from detp.core.gatherers.disc_index import DiscIndex  # noqa: E402
 from detp.core.gatherers.sphere_cache import SphereCache  # noqa: E402
+from detp.core.photons.tracing import PhotonTracer  # noqa: E402
 from detp.core.rays import RayCaster  # noqa: E402
-from detp.core.tracing import PhotonTracer  # noqa: E402
 from detp.detp_addon.reading.read_scene import read_scene  # noqa: E402
 
 SAMPLES = sorted((Path(__file__).parents[2] / "sample_blends").glob("*.blend"))

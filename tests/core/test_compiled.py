@@ -8,17 +8,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from detp.core import compiled, crossing_sums
+from detp.core import compiled
 from detp.core.compiled import cache
-from detp.core.crossing_sums import CrossingSums
 from detp.core.discs import TangentDiscs
+from detp.core.estimator import crossing_sums
+from detp.core.estimator.crossing_sums import CrossingSums
+from detp.core.estimator.repeated_crossings import RepeatedCrossings
+from detp.core.estimator.visible_area import DIRECTIONS, VisibleArea
 from detp.core.gatherers import choose
 from detp.core.gatherers.choose import make_gatherer
 from detp.core.gatherers.disc_index import DiscIndex
 from detp.core.rays import RayCaster
-from detp.core.repeated_crossings import RepeatedCrossings
 from detp.core.segments import Segments
-from detp.core.visible_area import DIRECTIONS, VisibleArea
 
 PACKAGE = """
 from pathlib import Path

@@ -5,8 +5,8 @@ import pytest
 from detp.core import compiled, tracing
 from detp.core.lights.point import PointLight
 from detp.core.lights.world import UniformWorld
+from detp.core.photons.tracing import PhotonTracer
 from detp.core.rays import RayCaster
-from detp.core.tracing import PhotonTracer
 from rooms import box_quads, scene_of
 
 pytest.importorskip("numba")

@@ -2,22 +2,22 @@
 
 import numpy as np
 import pytest
-from detp.core.ambient_occlusion import ambient_occlusion
 from detp.core.bake import bake
-from detp.core.direct_light import MOST_SHARP_LAMPS, DirectLight
+from detp.core.direct.ambient_occlusion import ambient_occlusion
+from detp.core.direct.direct_light import MOST_SHARP_LAMPS, DirectLight
+from detp.core.direct.lamp_choice import LampChoice
+from detp.core.direct.low_discrepancy import scrambled_net
+from detp.core.direct.shadows import Shadows
 from detp.core.errors import InvalidSettingError
-from detp.core.lamp_choice import LampChoice
 from detp.core.lights.area import AreaLight
 from detp.core.lights.environment import EnvironmentWorld
 from detp.core.lights.point import PointLight
 from detp.core.lights.spot import SpotLight
 from detp.core.lights.sun import SunLight
 from detp.core.lights.world import UniformWorld
-from detp.core.low_discrepancy import scrambled_net
 from detp.core.rays import RayCaster
 from detp.core.scene import Scene
 from detp.core.settings import BakeSettings
-from detp.core.shadows import Shadows
 from rooms import finished
 
 UP = np.array((0.0, 0.0, 1.0))

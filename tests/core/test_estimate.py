@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from detp.core.discs import TangentDiscs
 from detp.core.errors import InvalidArrayError
-from detp.core.estimate import Accumulator, IrradianceEstimate
+from detp.core.estimator.estimate import Accumulator, IrradianceEstimate
+from detp.core.estimator.visible_area import whole_discs
 from detp.core.gatherers.gatherer import Crossings
 from detp.core.irradiance import Irradiance
 from detp.core.rays import RayCaster
 from detp.core.segments import Segments
-from detp.core.visible_area import whole_discs
 
 
 def simulated(particles, seed, share=0.05):

@@ -2,20 +2,21 @@
 
 import numpy as np
 import pytest
-from detp.core import guiding, parallel
+from detp.core import parallel
 from detp.core.discs import TangentDiscs
-from detp.core.emission_guide import EmissionGuide
-from detp.core.emission_tree import grown
+from detp.core.estimator.visible_area import whole_discs
 from detp.core.gatherers.choose import make_gatherer
 from detp.core.lights.light import EMISSION_DIMENSIONS
 from detp.core.lights.point import PointLight
 from detp.core.lights.sun import SunLight
 from detp.core.lights.world import UniformWorld
-from detp.core.photon_light import PhotonLight
+from detp.core.photons import guiding
+from detp.core.photons.emission_guide import EmissionGuide
+from detp.core.photons.emission_tree import grown
+from detp.core.photons.photon_light import PhotonLight
+from detp.core.photons.tracing import PhotonTracer
 from detp.core.rays import RayCaster
 from detp.core.stopwatch import Stopwatch
-from detp.core.tracing import PhotonTracer
-from detp.core.visible_area import whole_discs
 from rooms import box_quads, face_points, finished, scene_of
 from scipy import stats
 

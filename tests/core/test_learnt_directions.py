@@ -3,17 +3,17 @@
 import numpy as np
 import pytest
 from detp.core import parallel
-from detp.core.direct_light import DirectLight
-from detp.core.direction_guide import SIDE, DirectionChoice, DirectionSums, cells
+from detp.core.direct.direct_light import DirectLight
+from detp.core.direct.direction_guide import SIDE, DirectionChoice, DirectionSums, cells
+from detp.core.direct.point_groups import LARGEST_GROUP, PointGroups
+from detp.core.direct.round_plan import LEAST_SHARE, planned
+from detp.core.direct.spots import Spots
 from detp.core.lights.environment import EnvironmentWorld
 from detp.core.lights.sun import SunLight
 from detp.core.lights.world import UniformWorld
-from detp.core.point_groups import LARGEST_GROUP, PointGroups
 from detp.core.rays import RayCaster
-from detp.core.round_plan import LEAST_SHARE, planned
 from detp.core.scene import Scene
 from detp.core.settings import BakeSettings
-from detp.core.spots import Spots
 
 UP = np.array((0.0, 0.0, 1.0))
 
@@ -89,7 +89,7 @@ def test_learning_changes_no_mean(kind, monkeypatch):
     scene, points, normals = room(kind)
     learnt = np.array([looked(scene, points, normals, seed=s).irradiance.value.sum(axis=1) for s in range(16)])
     monkeypatch.setattr(DirectionSums, "guide", lambda self: None)
-    monkeypatch.setattr("detp.core.direct_light.planned", lambda n, had, *_: (np.full(len(had[0]), n),) * 2)
+    monkeypatch.setattr("detp.core.direct.direct_light.planned", lambda n, had, *_: (np.full(len(had[0]), n),) * 2)
     plain = np.array([looked(scene, points, normals, 64, 90 + s).irradiance.value.sum(axis=1) for s in range(16)])
     usual = np.concatenate([learnt, plain]).mean()
     a, b = (learnt / usual).mean(axis=1), (plain / usual).mean(axis=1)
@@ -123,7 +123,7 @@ def test_an_even_sky_over_an_open_plane_has_no_noise():
 @pytest.mark.parametrize("kind", ["world", "picture", "emissive"])
 def test_threads_change_nothing(kind, monkeypatch):
     scene, points, normals = room(kind)
-    monkeypatch.setattr("detp.core.direct_light.POINTS_PER_CHUNK", 100)
+    monkeypatch.setattr("detp.core.direct.direct_light.POINTS_PER_CHUNK", 100)
     several = looked(scene, points, normals).irradiance.value
     monkeypatch.setattr(parallel, "worker_count", lambda: 1)
     assert np.array_equal(looked(scene, points, normals).irradiance.value, several)

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from detp.core import repeated_crossings
+from detp.core.estimator import repeated_crossings
+from detp.core.estimator.repeated_crossings import RepeatedCrossings
 from detp.core.gatherers.gatherer import Crossings
-from detp.core.repeated_crossings import RepeatedCrossings
 from detp.core.segments import Segments
 
 DISCS, PARTICLES = 5, 300

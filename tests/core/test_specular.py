@@ -5,10 +5,10 @@ import pytest
 from detp.core.errors import InvalidArrayError
 from detp.core.lights.light import Particles
 from detp.core.lights.point import PointLight
+from detp.core.photons.specular import Specular, SpecularSurfaces, _visible_normals, fresnel
+from detp.core.photons.tracing import PhotonTracer
 from detp.core.rays import RayCaster
 from detp.core.scene import Scene
-from detp.core.specular import Specular, SpecularSurfaces, _visible_normals, fresnel
-from detp.core.tracing import PhotonTracer
 from scipy import stats
 
 TRIANGLE = np.array([[(0, 0, 0), (1, 0, 0), (0, 1, 0)]], float)

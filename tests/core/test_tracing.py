@@ -2,9 +2,9 @@
 
 import numpy as np
 from detp.core.lights.point import PointLight
+from detp.core.photons.tracing import PhotonTracer
 from detp.core.rays import RayCaster
 from detp.core.scene import Scene
-from detp.core.tracing import PhotonTracer
 
 
 def clear_cell():

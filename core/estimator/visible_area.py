@@ -12,13 +12,13 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from .discs import TangentDiscs
+from ..discs import TangentDiscs
+from ..gatherers.gatherer import Crossings
+from ..parallel import ordered_map
+from ..rays import RayCaster
+from ..sampling import frames
+from ..segments import Segments
 from .enclosure import Enclosure
-from .gatherers.gatherer import Crossings
-from .parallel import ordered_map
-from .rays import RayCaster
-from .sampling import frames
-from .segments import Segments
 
 #: Rays in the tangent plane. Neighbours are joined by straight lines, so a wall's outline is exact.
 DIRECTIONS = 32
@@ -54,7 +54,7 @@ class VisibleArea:
     areas    (N,) m^2 inside the outline; the whole disc's where nothing stands in the way
     partial  (N,) whether anything does
     hidden   (N,) whether so little is left that the point has no light of its own
-    enclosed (N,) whether the point looks at the insides of closed geometry (see core/enclosure.py)
+    enclosed (N,) whether the point looks at the insides of closed geometry (see core/estimator/enclosure.py)
     """
 
     reach: np.ndarray

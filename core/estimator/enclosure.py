@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .rays import RayCaster
-from .sampling import cosine_hemisphere
+from ..rays import RayCaster
+from ..sampling import cosine_hemisphere
 
 #: Rays from each point over its hemisphere; the first few alone acquit nearly every point that is not buried.
 RAYS = 32

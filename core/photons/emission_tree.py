@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..lights.light import EMISSION_DIMENSIONS
 from .emission_guide import Draws, EmissionGuide
-from .lights.light import EMISSION_DIMENSIONS
 
 #: A box is halved while so many particles of use lie in it, and at most so often.
 LEAST_USEFUL = 12

@@ -7,7 +7,7 @@ from copy import copy
 
 import numpy as np
 
-from .lights.light import SHADOW_DIMENSIONS, Light
+from ..lights.light import SHADOW_DIMENSIONS, Light
 
 #: Shares of the choice by the light that the middle of a lamp would bring unshadowed, by the same without the cosine
 #: (parts of a large lamp may shine although its middle does not), and by nothing at all (so that no light is lost).

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from .bounds import Bounds
+from ..bounds import Bounds
+from ..errors import NoLightError
+from ..lights.emissive import EmissiveTriangles
+from ..lights.light import Light, Particles
+from ..scene import Scene
 from .emission_guide import Draws, EmissionGuide
-from .errors import NoLightError
-from .lights.emissive import EmissiveTriangles
-from .lights.light import Light, Particles
-from .scene import Scene
 
 
 def lights_of(scene: Scene) -> list[Light]:

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from .lights.world import UniformWorld
-from .scene import Scene
-from .settings import BakeSettings
+from ..lights.world import UniformWorld
+from ..scene import Scene
+from ..settings import BakeSettings
 
 #: The distance within which surfaces occlude, as a share of the scene's radius, when none is given.
 DISTANCE_SHARE = 0.2

@@ -7,9 +7,9 @@ from types import ModuleType
 
 import numpy as np
 
-from .bounds import Bounds
-from .rays import RayCaster
-from .segments import Segments
+from ..bounds import Bounds
+from ..rays import RayCaster
+from ..segments import Segments
 
 #: How many tolerances behind their hit segments end, along the surface's normal.
 REACH_BEHIND = 2
@@ -20,7 +20,7 @@ GRAZING_COSINE = 0.01
 
 @dataclass(frozen=True)
 class DiffuseBounces:
-    """Follows particles with the kernels ``compiled`` as core/tracing.py does without them, by the same random numbers.
+    """Follows particles with the kernels ``compiled`` as tracing.py does without them, by the same random numbers.
 
     normals, albedo  (T, 3) of the caster's triangles; ``bounds`` is left by segments that meet nothing
     """

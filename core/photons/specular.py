@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .checks import float_rows, index_rows, unit_rows
-from .errors import InvalidArrayError
-from .sampling import cosine_hemisphere, frames
-from .triangles import normals_and_areas
+from ..checks import float_rows, index_rows, unit_rows
+from ..errors import InvalidArrayError
+from ..sampling import cosine_hemisphere, frames
+from ..triangles import normals_and_areas
 
 #: How many uniform random numbers each hit uses.
 _DIMENSIONS = 5

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..lights.light import SHADOW_DIMENSIONS, Light
 from .lamp_choice import LampChoice
-from .lights.light import SHADOW_DIMENSIONS, Light
 from .low_discrepancy import scrambled_net
 from .shadows import Shadows
 from .spots import Spots

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from .rays import Hits, RayCaster
-from .scene import Scene
+from ..rays import Hits, RayCaster
+from ..scene import Scene
 
 #: Surfaces that a ray or particle may pass straight through, all together, before it is given up.
 MOST_PASSAGES = 1024

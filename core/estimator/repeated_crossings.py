@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compiled import kernels
-from .gatherers.gatherer import Crossings
-from .segments import Segments
+from ..compiled import kernels
+from ..gatherers.gatherer import Crossings
+from ..segments import Segments
 
 #: Crossings of a batch that are looked at: at least so many, and so many for each disc.
 LEAST_PAIRS = 1 << 18

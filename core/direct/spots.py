@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from .sampling import disc, frames, hemisphere_uniforms
+from ..sampling import disc, frames, hemisphere_uniforms
 
 #: A group's common direction this close to a normal makes no frame with it.
 _ALONG = 0.1

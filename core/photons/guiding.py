@@ -13,14 +13,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..estimator.visible_area import VisibleDiscs
+from ..gatherers.gatherer import Gatherer
+from ..parallel import ordered_map
+from ..segments import Segments
 from .emission_guide import Draws, EmissionGuide
 from .emission_tree import grown
-from .gatherers.gatherer import Gatherer
-from .parallel import ordered_map
 from .photon_light import PHOTONS_PER_TRACE
-from .segments import Segments
 from .tracing import PhotonTracer
-from .visible_area import VisibleDiscs
 
 #: The pilot's part of all particles, its most, and fewer than the least teach nothing.
 PILOT_SHARE = 1 / 16

@@ -7,16 +7,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .bounds import Bounds
-from .compiled import kernels
+from ..bounds import Bounds
+from ..compiled import kernels
+from ..direct.shadows import MOST_PASSAGES
+from ..rays import Hits, RayCaster
+from ..sampling import cosine_hemisphere
+from ..scene import Scene
+from ..segments import Segments
 from .diffuse_bounces import GRAZING_COSINE, REACH_BEHIND, DiffuseBounces
 from .emission import Emission
 from .emission_guide import Draws, EmissionGuide
-from .rays import Hits, RayCaster
-from .sampling import cosine_hemisphere
-from .scene import Scene
-from .segments import Segments
-from .shadows import MOST_PASSAGES
 from .specular import SpecularSurfaces
 
 #: How many tolerances a particle is moved along its direction before it starts.

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .gatherers.balanced_tree import BalancedTree
+from ..gatherers.balanced_tree import BalancedTree
 
 #: Most points in a group; the least is about a quarter of that where there are so many points.
 LARGEST_GROUP = 128

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..discs import TangentDiscs
+from ..errors import InvalidArrayError
+from ..gatherers.gatherer import Crossings
+from ..irradiance import Irradiance
+from ..segments import Segments
 from .crossing_sums import CrossingSums
-from .discs import TangentDiscs
-from .errors import InvalidArrayError
-from .gatherers.gatherer import Crossings
-from .irradiance import Irradiance
 from .repeated_crossings import RepeatedCrossings
-from .segments import Segments
 from .visible_area import VisibleArea
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from .lights.light import EMISSION_DIMENSIONS
+from ..lights.light import EMISSION_DIMENSIONS
 
 
 @dataclass(frozen=True)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compiled import kernels
-from .discs import TangentDiscs
-from .gatherers.gatherer import Crossings
-from .parallel import ordered_map, worker_count
-from .segments import Segments
+from ..compiled import kernels
+from ..discs import TangentDiscs
+from ..gatherers.gatherer import Crossings
+from ..parallel import ordered_map, worker_count
+from ..segments import Segments
 from .visible_area import VisibleArea
 
 #: Crossings from which on threads pay.

@@ -10,20 +10,20 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ..gatherers.ranges import blocks
+from ..irradiance import Irradiance
+from ..lights.light import SHADOW_DIMENSIONS
+from ..parallel import ordered_map
+from ..photons.emission import lights_of
+from ..rays import RayCaster
+from ..scene import Scene
+from ..settings import BakeSettings
 from .direction_guide import DirectionSums
-from .emission import lights_of
-from .gatherers.ranges import blocks
-from .irradiance import Irradiance
 from .lamp_choice import LampChoice
 from .lamp_light import LampLight, light_of_lamp
-from .lights.light import SHADOW_DIMENSIONS
-from .parallel import ordered_map
 from .point_groups import PointGroups
-from .rays import RayCaster
 from .round_plan import planned
 from .round_sums import RoundSums
-from .scene import Scene
-from .settings import BakeSettings
 from .shadows import Shadows
 from .spots import Spots
 from .surrounding_light import SurroundingLight

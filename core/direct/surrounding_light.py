@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..lights.light import SHADOW_DIMENSIONS, Surroundings
 from .direction_guide import SIDE, DirectionChoice, cells
-from .lights.light import SHADOW_DIMENSIONS, Surroundings
 from .low_discrepancy import scrambled_net
 from .shadows import Shadows
 from .spots import Spots

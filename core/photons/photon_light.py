@@ -6,15 +6,15 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from ..estimator.estimate import Accumulator, IrradianceEstimate
+from ..estimator.visible_area import VisibleDiscs
+from ..gatherers.gatherer import Gatherer
+from ..irradiance import Irradiance
+from ..parallel import ordered_map
+from ..segments import Segments
+from ..stopwatch import Stopwatch
 from .emission_guide import EmissionGuide
-from .estimate import Accumulator, IrradianceEstimate
-from .gatherers.gatherer import Gatherer
-from .irradiance import Irradiance
-from .parallel import ordered_map
-from .segments import Segments
-from .stopwatch import Stopwatch
 from .tracing import PhotonTracer
-from .visible_area import VisibleDiscs
 
 #: Particles traced at a time, and gathered at a time. Fixed, because the random numbers follow from them:
 #: a seed gives the same light whatever the machine, the gatherer or the number of threads.

@@ -1,0 +1,1 @@
+"""From the segments that cross a disc to irradiance and its error."""

@@ -35,6 +35,9 @@ MOST_ROUNDS = 512
 #: Photons of which none reached a point are enough to call the points dark.
 DARK_AFTER = 1 << 18
 
+#: Variance by shadow rays over that by photons from which photons are of no use.
+STUCK = 20.0
+
 #: The root mean square of the error by shadow rays may be so many times the error that half of the points keep to.
 SPREAD = 2.5
 
@@ -106,6 +109,8 @@ class Refinement:
         if rays is not None and photons is None and self._photons is not None:
             # The photons are used up, and their noise will remain.
             return self._in_time(rays) if self._gain(rays) > self._last_photons_gain() else None
+        if rays is None and photons is not None and self._parts[0] > STUCK * self._parts[1]:
+            return None  # the rays are used up, and more photons would not help
         step = max(filter(None, (rays, photons)), key=self._gain, default=None)
         return None if step is None else self._in_time(step)
 

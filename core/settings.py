@@ -19,7 +19,7 @@ NOISE_SHARE = 0.85
 REFERENCE_PHOTONS, REFERENCE_ERROR, GROWTH = 3 << 18, 0.04, 4.0
 
 #: A quality gives up on its error at so many times the particles it counts on, an error that was asked for later.
-QUALITY_PATIENCE, ERROR_PATIENCE = 4, 64
+QUALITY_PATIENCE, ERROR_PATIENCE = 8, 64
 
 #: names of the gatherers a user may ask for
 GATHERERS = ("auto", "disc-index", "sphere-cache", "brute-force")

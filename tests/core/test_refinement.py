@@ -1,0 +1,144 @@
+"""What a bake does next: where the noise is, until what was asked for is reached."""
+
+import time
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from detp.core.irradiance import Irradiance
+from detp.core.refinement import (
+    DARK_AFTER,
+    FIRST_PHOTONS,
+    FIRST_ROUNDS,
+    MOST_ROUNDS,
+    Refinement,
+    Step,
+)
+from detp.core.settings import NOISE_SHARE, BakeSettings
+from detp.core.stopwatch import Stopwatch
+
+POINTS = 1000
+
+
+class Bake:
+    """Made-up light whose noise falls as it does: at every point 1 W/m^2 directly, and 1 W/m^2 by photons."""
+
+    def __init__(self, settings, ray_noise=0.5, photon_noise=100.0, rays=True, photons=True, lit=True):
+        self.direct = SimpleNamespace(done=0, exact=False, rays_per_round=8 * POINTS) if rays else None
+        self.photons = SimpleNamespace(particles=0, segments=0, crossings=0) if photons else None
+        self.noises, self.lit = (ray_noise, photon_noise), lit
+        self.stopwatch = Stopwatch("shadow", "trace", "gather")
+        self.refinement = Refinement(settings, self.direct, self.photons, self.stopwatch, time.perf_counter())
+        self.steps = []
+
+    def light(self, noise, amount):
+        value = np.full((POINTS, 3), float(self.lit and amount > 0))
+        return Irradiance(
+            value, np.full((POINTS, 3), noise / np.sqrt(amount)) if amount else np.full((POINTS, 3), np.inf)
+        )
+
+    def observed(self):
+        parts = []
+        for part, noise, name in ((self.direct, self.noises[0], "done"), (self.photons, self.noises[1], "particles")):
+            parts.append(Irradiance.dark(POINTS) if part is None else self.light(noise, getattr(part, name)))
+        self.refinement.observe(*parts)
+        return (parts[0] + parts[1]).relative_error
+
+    def run(self, most=500):
+        error = float("nan")
+        while (step := self.refinement.next()) is not None:
+            assert len(self.steps) < most
+            self.steps.append(step)
+            if step.rounds:
+                self.direct.done += step.rounds
+                self.stopwatch.seconds["shadow"] += 1e-3 * step.rounds
+            else:
+                self.photons.particles += step.photons
+                self.photons.segments += step.photons
+                self.photons.crossings += step.photons
+                self.stopwatch.seconds["trace"] += 1e-7 * step.photons
+            error = self.observed()
+        return error
+
+
+def test_first_a_little_of_both():
+    bake = Bake(BakeSettings(error=0.02))
+    bake.run()
+    assert bake.steps[:2] == [Step(rounds=FIRST_ROUNDS), Step(photons=FIRST_PHOTONS)]
+
+
+@pytest.mark.parametrize("error", [0.1, 0.05, 0.02])
+def test_the_error_is_reached_and_hardly_passed(error):
+    found = Bake(BakeSettings(error=error), photon_noise=200.0).run()
+    assert 0.5 * error < found <= NOISE_SHARE * error
+
+
+def test_work_goes_where_the_noise_is():
+    noisy_rays, noisy_photons = (Bake(BakeSettings(error=0.02), *noises) for noises in ((1.0, 10.0), (0.1, 300.0)))
+    noisy_rays.run()
+    noisy_photons.run()
+    ratios = [bake.direct.done / bake.photons.particles for bake in (noisy_rays, noisy_photons)]
+    # At the least cost, rounds over photons are as the roots of the variances over the costs, up to doubled steps.
+    best = np.sqrt((1.0 / 0.1) ** 2 * (300.0 / 10.0) ** 2)
+    assert best / 4 < ratios[0] / ratios[1] < best * 4
+
+
+def test_so_many_photons_and_no_more():
+    bake = Bake(BakeSettings(photons=100_000), ray_noise=5.0)
+    bake.run()
+    assert bake.photons.particles == 100_000
+    # The rays end when what they would save costs more than the last photons did.
+    assert FIRST_ROUNDS < bake.direct.done <= MOST_ROUNDS
+
+
+def test_an_error_out_of_reach_ends_with_the_photons():
+    bake = Bake(BakeSettings(error=0.01, photons=50_000), photon_noise=1000.0)
+    assert bake.run() > 0.01 and bake.photons.particles == 50_000
+
+
+def test_when_rays_cannot_do_more_photons_are_not_sent_for_nothing():
+    bake = Bake(BakeSettings(error=0.01), ray_noise=10.0)
+    assert bake.run() > 0.01
+    assert bake.direct.done == MOST_ROUNDS and bake.photons.particles < 10_000_000
+
+
+def test_rays_alone_and_photons_alone():
+    assert Bake(BakeSettings(error=0.05, indirect=False), photons=False).run() <= 0.05
+    assert Bake(BakeSettings(error=0.05, direct="photons"), rays=False).run() <= 0.05
+
+
+def test_exact_light_needs_one_round():
+    bake = Bake(BakeSettings(error=0.05, indirect=False), ray_noise=0.0, photons=False)
+    bake.direct.exact = True
+    bake.run()
+    assert bake.steps == [Step(rounds=1)]
+
+
+def test_darkness_is_given_up():
+    bake = Bake(BakeSettings(error=0.01), lit=False)
+    bake.run()
+    assert DARK_AFTER <= bake.photons.particles <= 4 * DARK_AFTER
+
+
+def test_a_time_that_is_over_still_brings_some_light():
+    settings = BakeSettings(seconds=1e-6)
+    bake = Bake(settings)
+    bake.run()
+    assert bake.steps[0].rounds >= 2 and bake.steps[1].photons > 0 and len(bake.steps) == 2
+    assert bake.refinement.fraction == 1.0
+
+
+def test_a_step_that_would_not_end_in_time_is_smaller():
+    bake = Bake(BakeSettings(seconds=60.0), photon_noise=1e4)
+    for _ in range(4):
+        step = bake.refinement.next()
+        if step.rounds:
+            bake.direct.done += step.rounds
+            bake.stopwatch.seconds["shadow"] += step.rounds * 1e-3
+        else:
+            bake.photons.particles += step.photons
+            bake.photons.segments += step.photons
+            bake.stopwatch.seconds["trace"] += step.photons * 1e-4
+        bake.observed()
+    left = 60.0
+    assert bake.refinement.next().photons * 1e-4 <= left

@@ -16,11 +16,12 @@ FACTORS = (1.0, 1.25, 1.6, 2.0, 2.5)
 #: Discs and segments among which crossings are counted for :func:`crossings_per_segment`.
 DISCS, SEGMENTS = 2000, 512
 # Reference nanoseconds for each disc to build a search, and for each place of a disc in a cell, and each cell.
-_DISC, _ENTRY, _CELL = {"grid": 950.0, "tree": 2200.0, "sphere-cache": 3500.0}, 100.0, 88.0
-# For the way of a segment to the discs: through 5 cells, 130 nodes or 100 spheres in most samples.
-_WAY = {"grid": 750.0, "tree": 4000.0, "sphere-cache": 4000.0}
-# For a ball, an exact test and a crossing, as in unit_costs.py.
-_BALL, _TEST, _CROSSING = 18.0, 42.0, 200.0
+_DISC, _ENTRY, _CELL = {"grid": 1800.0, "tree": 4200.0, "sphere-cache": 3500.0}, 190.0, 170.0
+# For the way of a segment to the discs: through 5 cells, 150 nodes or 120 spheres in most samples, and their patches.
+_WAY = {"grid": 1300.0, "tree": 8700.0, "sphere-cache": 6500.0}
+# For a ball, an exact test and a crossing, as in unit_costs.py; for a crossing's patches, by kind.
+_BALL, _TEST, _CROSSING = 39.0, 71.0, 92.0
+_PATCHES = {"grid": 70.0, "tree": 300.0, "sphere-cache": 100.0}
 
 
 @dataclass(frozen=True)
@@ -44,9 +45,9 @@ def planned(discs: TangentDiscs, segments: int, crossings: float, spacing: float
     crossings  expected of one segment
     spacing    their mean_spacing, if it is known already
 
-    With y = cell / d a disc lies in about 1.2 + 4/y + 4.5/y^2 cells, and for each crossing 3 (1 + 0.9 y)^2 balls and
-    4 (1 + 0.2 y)^2 discs are tested, because a disc is met again in each of its cells; in the tree 3.5 and 2, by the
-    Sphere Cache 14 and 9. Measured on the samples, to 20 % for the grid where the radius is larger than the spacing.
+    With y = cell / d a disc lies in about 1.2 + 4/y + 4.5/y^2 cells, and for each crossing 5 (1 + 0.9 y)^2 balls and
+    6 (1 + 0.2 y)^2 discs are tested, because a disc is met again in each of its cells; in the tree 4 and 2.5, by the
+    Sphere Cache 20 and 12. Measured on the samples and on real scenes where the radius is larger than the spacing.
     """
     fitting, ideal = grid_bounds(discs), wanted_cell(discs, spacing)
     wanted = fitting(ideal)
@@ -54,20 +55,20 @@ def planned(discs: TangentDiscs, segments: int, crossings: float, spacing: float
     size = np.ptp(discs.centres, axis=0) + 2.0 * radius
 
     def cost(kind: str, balls: float, tests: float) -> float:
-        each = _WAY[kind] + crossings * (balls * _BALL + tests * _TEST + _CROSSING)
+        each = _WAY[kind] + crossings * (balls * _BALL + tests * _TEST + _PATCHES[kind] + _CROSSING)
         return _DISC[kind] * len(discs) + segments * each
 
     def grid(factor: float) -> float:
         y = factor * wanted / radius
         cells = np.prod(size / (factor * wanted) + 2.0)
         building = _CELL * cells + _ENTRY * len(discs) * (1.2 + 4.0 / y + 4.5 / y**2)
-        return building + cost("grid", 3.0 * (1.0 + 0.9 * y) ** 2, 4.0 * (1.0 + 0.2 * y) ** 2)
+        return building + cost("grid", 5.0 * (1.0 + 0.9 * y) ** 2, 6.0 * (1.0 + 0.2 * y) ** 2)
 
     factor = min(FACTORS, key=grid)
     nanoseconds = {
         "grid": grid(factor),
-        "tree": cost("tree", 3.5, 2.0),
-        "sphere-cache": cost("sphere-cache", 14.0, 9.0),
+        "tree": cost("tree", 4.0, 2.5),
+        "sphere-cache": cost("sphere-cache", 20.0, 12.0),
     }
     seconds = {kind: 1e-9 * float(value) for kind, value in nanoseconds.items()}
     return SearchPlan(seconds, fitting(factor * wanted), wanted >= COARSE * ideal)

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from detp.core import compiled, tracing
+from detp.core import compiled
 from detp.core.lights.point import PointLight
 from detp.core.lights.world import UniformWorld
+from detp.core.photons import tracing
 from detp.core.photons.tracing import PhotonTracer
 from detp.core.rays import RayCaster
 from rooms import box_quads, scene_of

@@ -43,7 +43,7 @@ def main() -> int:
     reference = load_reference(arguments.reference)
     targets = [bpy.data.objects[name] for name in reference]
     exported = read_scene(bpy.context.scene, bpy.context.view_layer, targets, "CORNER")
-    names = ("quality", "photons", "radius", "gatherer", "estimator", "direct", "seed")
+    names = ("quality", "error", "photons", "radius", "gatherer", "estimator", "direct", "seed")
     settings = BakeSettings(**{name: getattr(arguments, name) for name in names})
     result = finished(bake(exported.scene, exported.centres, exported.normals, settings, exported.inward))
     clear = away_from_edges(exported, result.radius)
@@ -82,6 +82,7 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("scene")
     parser.add_argument("reference")
     parser.add_argument("--quality", default="final")
+    parser.add_argument("--error", type=float, help="to aim at, 0.05 for 5 %%")
     parser.add_argument("--photons", type=int)
     parser.add_argument("--radius", type=float)
     parser.add_argument("--gatherer", default="auto")

@@ -160,6 +160,7 @@ def bake(
             cut_flux=photons.cut_flux,
         )
 
+    result = found()
     refinement = Refinement(settings, rays, photons if kinds else None, stopwatch, start)
     while (step := refinement.next()) is not None:
         if step.rounds:
@@ -169,7 +170,7 @@ def bake(
                 yield Progress("Casting shadow rays", refinement.fraction)
         else:
             if photons.particles == 0:
-                aiming = learn_guide(tracer, gatherer, placed, kinds, found().irradiance, settings.seed, disc.photons)
+                aiming = learn_guide(tracer, gatherer, placed, kinds, result.irradiance, settings.seed, disc.photons)
                 guide = yield from _during("Aiming the lights", refinement.fraction, stopwatch.timed("trace", aiming))
                 photons.aim(guide)
             for phase in photons.batch(step.photons, stopwatch):
@@ -177,7 +178,7 @@ def bake(
         result = found()
         refinement.observe(result.direct, result.indirect)
         yield Progress("Refining", refinement.fraction, result)
-    return found()
+    return result
 
 
 def _during(phase: str, done: float, steps: Generator[None, None, Result]) -> Generator[Progress, None, Result]:

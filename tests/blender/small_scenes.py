@@ -36,6 +36,14 @@ def lamp(location=(1, 0.5, 3), power=100.0):
     bpy.context.collection.objects.link(light)
 
 
+def box_on_floor():
+    """Nothing but a box on a floor under a lamp."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    grid("Floor")
+    cube("Box")
+    lamp()
+
+
 def saved(path, compress=False):
     bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=compress, copy=True)
     return path

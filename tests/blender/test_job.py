@@ -13,17 +13,14 @@ from detp.core.errors import (
 from detp.core.settings import BakeSettings
 from detp.detp_addon import job, write_attributes
 from detp.detp_addon.job import BakeRequest, bake_scene
-from small_scenes import colours, cube, grid, lamp
+from small_scenes import box_on_floor, colours, cube, grid
 
 SETTINGS = BakeSettings(photons=20000, radius=0.3)
 
 
 @pytest.fixture(autouse=True)
 def _scene():
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    grid("Floor")
-    cube("Box")
-    lamp()
+    box_on_floor()
 
 
 def steps(**request):

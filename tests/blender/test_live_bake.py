@@ -12,17 +12,15 @@ from detp.detp_addon.forecasts import forecast_of, remember
 from detp.detp_addon.job import BakeRequest, bake_scene
 from detp.detp_addon.live_colours import LiveColours
 from detp.detp_addon.properties import bake_request, scene_options
-from small_scenes import colours, cube, grid, lamp
+from detp.detp_addon.steps import finished
+from small_scenes import box_on_floor, colours
 
 SETTINGS = BakeSettings(photons=300_000, radius=0.3)
 
 
 @pytest.fixture(autouse=True)
 def _scene():
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    grid("Floor")
-    cube("Box")
-    lamp()
+    box_on_floor()
 
 
 class Eager(LiveColours):
@@ -47,14 +45,6 @@ def until_shown(generator, name="Floor", attribute="irradiance"):
             if found[:, :3].any():
                 return found
     raise AssertionError("nothing was shown")
-
-
-def finished(generator):
-    while True:
-        try:
-            next(generator)
-        except StopIteration as stop:
-            return stop.value
 
 
 def state():

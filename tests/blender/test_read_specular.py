@@ -8,6 +8,7 @@ bpy = pytest.importorskip("bpy")
 from detp.core.bake import bake  # noqa: E402
 from detp.core.settings import BakeSettings  # noqa: E402
 from detp.detp_addon.reading.glass_bodies import mean_reflectance  # noqa: E402
+from detp.detp_addon.steps import finished  # noqa: E402
 from made_scenes import cube, fresh, image, lamp, linked, map_to_unit_square, material, mesh, node, quad, read  # noqa: E402
 
 
@@ -199,15 +200,7 @@ def test_a_baked_glass_ball_throws_its_bright_spot_and_a_black_one_a_shadow():
         steps = bake(
             found.scene, found.centres + found.inward, found.normals, BakeSettings(photons=60_000, radius=0.05)
         )
-        light[name] = run(steps).irradiance.mean()
+        light[name] = finished(steps).irradiance.mean()
         bpy.data.objects.remove(ball)
     # At the focus of a ball of index 1.5 the sun's light is gathered from a disc many times as large.
     assert light["black"] == 0.0 and light["glass"] > 10.0
-
-
-def run(steps):
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            return end.value

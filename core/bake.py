@@ -142,8 +142,9 @@ def bake(
         gatherer, reason = make_gatherer(settings.gatherer, searched, expected, pilot)
     photons = PhotonLight(tracer, gatherer, placed, kinds, settings.seed)
 
+    by_rays = Irradiance.dark(len(discs))
+
     def found() -> BakeResult:
-        by_rays = rays.irradiance if rays is not None else Irradiance.dark(len(discs))
         direct, indirect = by_rays + photons.part("direct"), photons.part("indirect")
         return BakeResult(
             direct=direct,
@@ -168,6 +169,7 @@ def bake(
             work = stopwatch.timed("shadow", rays.rounds(rays.done, last, photons.part("indirect").value))
             for _ in work:
                 yield Progress("Casting shadow rays", refinement.fraction)
+            by_rays = rays.irradiance
         else:
             if photons.particles == 0:
                 aiming = learn_guide(tracer, gatherer, placed, kinds, result.irradiance, settings.seed, disc.photons)

@@ -23,7 +23,7 @@ RAYS_PER_SLICE = 1 << 15
 RELATIVE_TOLERANCE = 2.0**-19
 
 #: Farther than anything in the scaled scene, and finite in float32.
-_FAR = 1e30
+FAR = 1e30
 
 
 @dataclass(frozen=True)
@@ -102,13 +102,17 @@ class RayCaster:
         result = self._embree.run(near, towards, output=1)
         return result["primID"], result["u"], result["v"]
 
+    def blocked(self, near: np.ndarray, towards: np.ndarray, reach: np.ndarray) -> np.ndarray:
+        """Whether (R,) anything lies within ``reach`` (R,) float32, in the scaled scene, along rays as for cast."""
+        return self._embree.run(near, towards, reach, query="OCCLUDED") == 0
+
     def _blocked(self, origins, directions, distances):
-        reach = np.minimum(distances * self.scale, _FAR).astype(np.float32)
-        return self._embree.run(self._local(origins), directions.astype(np.float32), reach, query="OCCLUDED") == 0
+        reach = np.minimum(distances * self.scale, FAR).astype(np.float32)
+        return self.blocked(self._local(origins), directions.astype(np.float32), reach)
 
     def _reach(self, distances: np.ndarray) -> np.ndarray:
         """A little more than ``distances`` in the scaled scene: what rounding might leave out belongs to it."""
-        return np.minimum(distances * (1.0001 * self.scale) + 16 * RELATIVE_TOLERANCE, _FAR).astype(np.float32)
+        return np.minimum(distances * (1.0001 * self.scale) + 16 * RELATIVE_TOLERANCE, FAR).astype(np.float32)
 
     def _cast(self, origins, directions, reach):
         # Embree overwrites the distances that it is given.
@@ -125,4 +129,4 @@ class RayCaster:
         return triangle, points
 
     def _local(self, origins):
-        return np.clip((origins - self.centre) * self.scale, -_FAR, _FAR).astype(np.float32)
+        return np.clip((origins - self.centre) * self.scale, -FAR, FAR).astype(np.float32)

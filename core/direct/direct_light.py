@@ -10,17 +10,16 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ..compiled import kernels
 from ..gatherers.ranges import blocks
 from ..irradiance import Irradiance
-from ..lights.light import SHADOW_DIMENSIONS
 from ..parallel import ordered_map
 from ..photons.emission import lights_of
 from ..rays import RayCaster
 from ..scene import Scene
 from ..settings import BakeSettings
 from .direction_guide import DirectionSums
-from .lamp_choice import LampChoice
-from .lamp_light import LampLight, light_of_lamp
+from .lamp_light import LampLight
 from .point_groups import PointGroups
 from .round_plan import planned
 from .round_sums import RoundSums
@@ -36,6 +35,9 @@ MOST_SHARP_LAMPS = 32
 
 #: Points whose rays are cast at a time.
 POINTS_PER_CHUNK = 1 << 12
+
+#: Seconds that the compiled kernels save for each ray.
+SAVED = 5e-7
 
 #: After so many rounds it is learnt where light comes from, then whenever they have doubled, and last after so many.
 LEARN_AFTER, LEARN_LAST = 4, 64
@@ -63,9 +65,9 @@ class DirectLight:
         surroundings = [light for light in lights if hasattr(light, "met")]
         lamps = [light for light in lights if not hasattr(light, "met")]
         sharp = [lamp for lamp in lamps if lamp.sharp]
-        self._sharp = sharp if len(sharp) <= MOST_SHARP_LAMPS else []
-        self._asked = [lamp for lamp in lamps if lamp not in self._sharp]
-        self._lamps = LampLight(self._asked, self._shadows, RAYS_PER_ROUND)
+        sharp = sharp if len(sharp) <= MOST_SHARP_LAMPS else []
+        self._sharp = LampLight(sharp, self._shadows, 1)
+        self._lamps = LampLight([lamp for lamp in lamps if lamp not in sharp], self._shadows, RAYS_PER_ROUND)
         reach = settings.shadow_distance or np.inf
         self._surroundings = SurroundingLight(surroundings, self._shadows, reach, RAYS_PER_ROUND)
         self._groups = PointGroups.of(points, normals)
@@ -106,6 +108,8 @@ class DirectLight:
 
         Points with ``other`` (N, 3) W/m^2 light, which is found in another way, need less of these rays.
         """
+        # What follows asks for kernels only where they are loaded already, and here it is seen whether that pays.
+        kernels(saving=SAVED * (last - first) * self.rays_per_round)
         groups = list(blocks(np.diff(self._groups.start), POINTS_PER_CHUNK))
         other = None if other is None else other[self._groups.order]
         begin = first
@@ -136,11 +140,15 @@ class DirectLight:
             (self._lamps.rays_per_round, self._surroundings.rays_per_round),
         )
 
-    def _relative_light(self, other: np.ndarray | None = None) -> np.ndarray:
-        """All light (N,), RGB sum, by plain means, to which errors are relative."""
-        rounds = np.maximum(self._before.count + self._after.count, 1)[:, None]
-        value = self._exact + self._by_lamps.mean + (self._before.total + self._after.total) / rounds
-        return np.abs(value if other is None else value + other).sum(axis=1)
+    def _relative_light(self, other: np.ndarray | None = None, rows: slice = slice(None)) -> np.ndarray:
+        """All light (K,) at those ``rows``, RGB sum, by plain means, to which errors are relative."""
+        lamps, before, after = (sums.part(rows) for sums in (self._by_lamps, self._before, self._after))
+        value = self._exact[rows] + lamps.mean
+        value += (before.total + after.total) / np.maximum(before.count + after.count, 1)[:, None]
+        if other is not None:
+            value += other[rows]
+        np.abs(value, out=value)
+        return value[:, 0] + value[:, 1] + value[:, 2]
 
     def _first_share(self, light: np.ndarray) -> np.ndarray:
         """Share (N,) that the rounds before learning have in the light of surroundings.
@@ -157,16 +165,11 @@ class DirectLight:
         rows = slice(self._groups.start[part.start], self._groups.start[part.stop])
         points, normals = self._points[rows], self._normals[rows]
         if begin == 0:
-            nowhere = np.zeros((len(points), SHADOW_DIMENSIONS))
-            for lamp in self._sharp:
-                self._exact[rows] += light_of_lamp(self._shadows, lamp, points, normals, nowhere)
+            self._exact[rows] = self._sharp.exact(points, normals)
         spots = Spots.of(points, normals, self._groups.group[rows] - part.start)
         if self._lamps.rays_per_round:
-            choice = LampChoice(self._asked, points, normals)
-            for number, chosen in _active(plan[0][rows]):
-                generator = self._generator(begin, number, rows.start, 0)
-                light = self._lamps.round(spots.taken(chosen), choice.taken(chosen), generator)
-                self._by_lamps.add(rows.start + chosen, light)
+            generator = self._generator(begin, rows.start, 0)
+            self._lamps.cast(points, normals, plan[0][rows], generator, self._by_lamps.part(rows))
         if self._surroundings.rays_per_round:
             self._look_around(part, rows, spots, begin, plan[1][rows])
 
@@ -174,28 +177,17 @@ class DirectLight:
         guide = None if self._guide is None else self._guide.part(part)
         sums = self._before if guide is None else self._after
         seen = [] if begin < LEARN_LAST else None
-        for number, chosen in _active(rounds):
-            taken = [] if seen is not None else None
-            generator = self._generator(begin, number, rows.start, 1)
-            light = self._surroundings.round(spots.taken(chosen), guide, generator, taken)
-            sums.add(rows.start + chosen, light)
-            for sighting in taken or ():
-                seen.append((chosen[sighting.spot], sighting))
+        generator = self._generator(begin, rows.start, 1)
+        self._surroundings.cast(spots, rounds, guide, generator, sums.part(rows), seen)
         if seen:
-            light = self._relative_light()[rows]
+            light = self._relative_light(rows=rows)
             scale = np.divide(1.0, light, out=np.zeros_like(light), where=light > 0)
-            for spot, sighting in seen:
-                light = sighting.light * scale[spot]
-                self._seen.add(part, spot % 2, sighting.place, light, sighting.weight, sighting.whole)
+            for sighting in seen:
+                light = sighting.light * scale[sighting.spot]
+                self._seen.add(part, sighting.spot % 2, sighting.place, light, sighting.weight, sighting.whole)
 
     def _generator(self, *key: int) -> np.random.Generator:
         return np.random.default_rng(np.random.SeedSequence(self._seed, spawn_key=(2, *map(int, key))))
-
-
-def _active(rounds: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
-    """Number of each round, and the rows that it is for."""
-    for number in range(int(rounds.max(initial=0))):
-        yield number, np.flatnonzero(rounds > number)
 
 
 def _trust(before: np.ndarray, after: np.ndarray) -> np.ndarray:

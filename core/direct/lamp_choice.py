@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from copy import copy
 
 import numpy as np
 
+from ..compiled import kernels
 from ..lights.light import SHADOW_DIMENSIONS, Light
 
 #: Shares of the choice by the light that the middle of a lamp would bring unshadowed, by the same without the cosine
@@ -15,41 +15,55 @@ BY_LIGHT, BY_STRENGTH, BY_NOTHING = 0.9, 0.09, 0.01
 
 
 class LampChoice:
-    """Chooses among ``lamps`` (L) for each of ``points`` (K, 3) with unit ``normals`` (K, 3), by brightness."""
+    """Chooses among ``lamps`` (L) for each of ``points`` (K, 3) with unit ``normals`` (K, 3), by brightness.
 
-    def __init__(self, lamps: Sequence[Light], points: np.ndarray, normals: np.ndarray):
-        light, strength = np.empty((2, len(points), len(lamps)))
-        middle = np.full((len(points), SHADOW_DIMENSIONS), 0.5)
-        for number, lamp in enumerate(lamps):
-            rays = lamp.shadow_rays(points, middle)
-            strength[:, number] = np.abs(rays.radiance).sum(axis=1) / rays.density
-            light[:, number] = strength[:, number] * np.maximum(np.einsum("ij,ij->i", normals, rays.directions), 0.0)
+    ``table`` has the lamps as numbers, see lamp_table.py, or is None.
+    """
+
+    def __init__(self, lamps: Sequence[Light], table: np.ndarray | None, points: np.ndarray, normals: np.ndarray):
+        light, strength = _brightness(lamps, table, points, normals)
         even = np.ones_like(light)
         self._shares = sum(
             share * _normalised(weight)
             for share, weight in ((BY_LIGHT, light), (BY_STRENGTH, strength), (BY_NOTHING, even))
         )
         self._shares /= np.maximum(self._shares.sum(axis=1, keepdims=True), np.finfo(float).tiny)
+        self._ends = np.cumsum(self._shares, axis=1)
+        self._ends[:, -1] = 1.0
 
-    def taken(self, rows: np.ndarray) -> LampChoice:
-        """The choice at those ``rows`` of the points alone."""
-        part = copy(self)
-        part._shares = self._shares[rows]
-        return part
+    def chosen(self, spot: np.ndarray, count: int, offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """``count`` lamps for each sample at point ``spot`` (S,), systematically from ``offsets`` (S,) in [0, 1).
 
-    def chosen(self, count: int, offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """``count`` lamps for each point, systematically from ``offsets`` (K,) in [0, 1).
-
-        Returns the lamps' numbers (K * count,) and the probability (K * count,) of each.
+        Returns the lamps' numbers (S * count,) and the probability (S * count,) of each.
         """
-        points, lamps = self._shares.shape
-        steps = (np.arange(count) + offsets[:, None]) / count
-        ends = np.cumsum(self._shares, axis=1)
-        ends[:, -1] = 1.0
-        row = np.arange(points)[:, None]
-        chosen = np.searchsorted((ends + row).ravel(), (steps + row).ravel(), side="right")
-        chosen = np.minimum(chosen - np.repeat(np.arange(points) * lamps, count), lamps - 1)
-        return chosen, np.take_along_axis(self._shares, chosen.reshape(points, count), axis=1).ravel()
+        lamps = self._shares.shape[1]
+        if lamps == 1:
+            return np.zeros(len(spot) * count, np.int64), np.ones(len(spot) * count)
+        if (compiled := kernels(saving=0.0)) is not None:
+            chosen, probability = np.empty(len(spot) * count, np.int64), np.empty(len(spot) * count)
+            compiled.choose_lamps(self._shares, self._ends, spot, offsets, count, chosen, probability)
+            return chosen, probability
+        steps = (np.arange(count) + offsets[:, None]) / count + spot[:, None]
+        ends = self._ends + np.arange(len(self._ends))[:, None]
+        place = np.searchsorted(ends.ravel(), steps.ravel(), side="right")
+        begin = np.repeat(spot * lamps, count)
+        place = np.minimum(place, begin + (lamps - 1))
+        return place - begin, self._shares.ravel().take(place)
+
+
+def _brightness(lamps, table, points, normals) -> tuple[np.ndarray, np.ndarray]:
+    """What the middle of each lamp brings unshadowed (K, L), RGB sum, and the same without the cosine."""
+    light, strength = np.empty((2, len(points), len(lamps)))
+    compiled = kernels(saving=0.0) if table is not None else None
+    if compiled is not None:
+        compiled.lamp_strengths(points, normals, table, light, strength)
+        return light, strength
+    middle = np.full((len(points), SHADOW_DIMENSIONS), 0.5)
+    for number, lamp in enumerate(lamps):
+        rays = lamp.shadow_rays(points, middle)
+        strength[:, number] = np.abs(rays.radiance).sum(axis=1) / rays.density
+        light[:, number] = strength[:, number] * np.maximum(np.einsum("ij,ij->i", normals, rays.directions), 0.0)
+    return light, strength
 
 
 def _normalised(weights: np.ndarray) -> np.ndarray:

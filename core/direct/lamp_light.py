@@ -6,11 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..compiled import kernels
 from ..lights.light import SHADOW_DIMENSIONS, Light
 from .lamp_choice import LampChoice
+from .lamp_table import lamp_table
 from .low_discrepancy import scrambled_net
+from .round_sums import RoundSums, batches, net_means
 from .shadows import Shadows
-from .spots import Spots
 
 
 class LampLight:
@@ -18,30 +20,82 @@ class LampLight:
 
     def __init__(self, lamps: Sequence[Light], shadows: Shadows, rays: int):
         self._lamps, self._shadows, self._rays = lamps, shadows, rays
+        self._table = lamp_table(lamps)
         self.rays_per_round = rays if lamps else 0
 
-    def round(self, spots: Spots, choice: LampChoice, generator: np.random.Generator) -> np.ndarray:
-        """One estimate (K, 3) of the light at ``spots``, of which ``choice`` chooses the lamps."""
-        count = len(spots)
-        chosen, probability = choice.chosen(self._rays, generator.random(count))
-        shifts = generator.integers(0, 1 << 32, (count, SHADOW_DIMENSIONS), np.uint32)
-        uniforms = scrambled_net(self._rays, shifts).reshape(-1, SHADOW_DIMENSIONS)
-        points, normals = np.repeat(spots.points, self._rays, axis=0), np.repeat(spots.normals, self._rays, axis=0)
-        found = np.zeros((len(points), 3))
-        for number, lamp in enumerate(self._lamps):
-            rows = np.flatnonzero(chosen == number) if len(self._lamps) > 1 else np.arange(len(chosen))
-            if len(rows):
-                light = light_of_lamp(self._shadows, lamp, points[rows], normals[rows], uniforms[rows])
-                found[rows] += light / probability[rows, None]
-        return found.reshape(count, self._rays, 3).mean(axis=1)
+    def exact(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """Irradiance (K, 3) at ``points`` (K, 3) with ``normals`` (K, 3) from lamps that are all without extent."""
+        found = np.zeros_like(points)
+        for number in range(len(self._lamps)):
+            spot, chosen = np.arange(len(points)), np.full(len(points), number)
+            places = np.zeros((len(points), SHADOW_DIMENSIONS))
+            found += self._samples(points, normals, spot, chosen, np.ones(len(points)), places)
+        return found
+
+    def cast(
+        self,
+        points: np.ndarray,
+        normals: np.ndarray,
+        rounds: np.ndarray,
+        generator: np.random.Generator,
+        sums: RoundSums,
+    ) -> None:
+        """Add to the ``sums`` of K points what ``rounds`` (K,) rounds of rays from each of them find."""
+        choice = LampChoice(self._lamps, self._table, points, normals)
+        for rows, spot in batches(rounds):
+            chosen, probability = choice.chosen(spot, self._rays, generator.random(len(spot)))
+            shifts = generator.integers(0, 1 << 32, (len(spot), SHADOW_DIMENSIONS), np.uint32)
+            uniforms = scrambled_net(self._rays, shifts).reshape(-1, SHADOW_DIMENSIONS)
+            sums.add(rows, rounds[rows], self._samples(points, normals, spot, chosen, probability, uniforms))
+
+    def _samples(self, points, normals, spot, chosen, probability, uniforms) -> np.ndarray:
+        """Irradiance (S, 3) at each ``spot`` (S,) of the points by rays to the ``chosen`` lamps (S * some,)."""
+        compiled = kernels(saving=0.0) if self._table is not None else None
+        how = self._by_numpy if compiled is None else self._by_kernels
+        return how(compiled, points, normals, spot, chosen, probability, uniforms)
+
+    def _by_kernels(self, compiled, points, normals, spot, chosen, probability, uniforms) -> np.ndarray:
+        most, count = len(chosen), len(chosen) // len(spot)
+        near, towards, reach = (
+            np.empty((most, 3), np.float32),
+            np.empty((most, 3), np.float32),
+            np.empty(most, np.float32),
+        )
+        arriving, sample = np.empty((most, 3)), np.empty(most, np.int64)
+        centre, scale, short = self._shadows.frame
+        found = compiled.aim_at_lamps(
+            points, normals, spot, count, chosen, probability, uniforms, self._table, centre, scale, short,
+            near, towards, reach, arriving, sample,
+        )  # fmt: skip
+        light = np.zeros((len(spot), 3))
+        if found:
+            arriving = arriving[:found]
+            blocked = self._shadows.block(near[:found], towards[:found], reach[:found], arriving)
+            compiled.arrived(blocked, arriving, sample[:found], 1.0 / count, light)
+        return light
+
+    def _by_numpy(self, _, points, normals, spot, chosen, probability, uniforms) -> np.ndarray:
+        count = len(chosen) // len(spot)
+        order = np.argsort(chosen, kind="stable")
+        ends = np.searchsorted(chosen[order], np.arange(len(self._lamps) + 1))
+        parts = []
+        for lamp, begin, end in zip(self._lamps, ends[:-1], ends[1:], strict=True):
+            if end > begin:
+                parts.append(_aimed(lamp, points, normals, spot, order[begin:end], count, probability, uniforms))
+        rays, directions, distances, arriving = (np.concatenate(part) for part in zip(*parts, strict=True))
+        found = np.zeros((len(chosen), 3))
+        origins = points.take(spot.take(rays // count), axis=0)
+        found[rays] = arriving * self._shadows.transmitted(origins, directions, distances)
+        return net_means(found, count)
 
 
-def light_of_lamp(shadows: Shadows, lamp: Light, points, normals, uniforms) -> np.ndarray:
-    """Irradiance (K, 3) at ``points`` (K, 3) with ``normals`` (K, 3) by one shadow ray each to ``lamp``."""
-    rays = lamp.shadow_rays(points, uniforms)
-    cosine = np.einsum("ij,ij->i", normals, rays.directions)
-    rows = np.flatnonzero((cosine > 0) & (rays.radiance != 0).any(axis=1))
-    arriving = rays.radiance[rows] * (cosine[rows] / rays.density[rows])[:, None]
-    arrived = np.zeros_like(points)
-    arrived[rows] = arriving * shadows.transmitted(points[rows], rays.directions[rows], rays.distances[rows])
-    return arrived
+def _aimed(lamp, points, normals, spot, rays, count, probability, uniforms):
+    """Of the ``rays`` to this lamp: those that bring light unless blocked, where they go, and how much they bring."""
+    at = spot.take(rays // count)
+    shadow_rays = lamp.shadow_rays(points.take(at, axis=0), uniforms.take(rays, axis=0))
+    cosine = np.einsum("ij,ij->i", normals.take(at, axis=0), shadow_rays.directions)
+    lit = np.flatnonzero((cosine > 0) & shadow_rays.shines)
+    rays = rays.take(lit)
+    weight = cosine.take(lit) / (shadow_rays.density.take(lit) * probability.take(rays))
+    arriving = shadow_rays.radiance.take(lit, axis=0) * weight[:, None]
+    return rays, shadow_rays.directions.take(lit, axis=0), shadow_rays.distances.take(lit), arriving

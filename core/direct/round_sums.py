@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
+from ..gatherers.ranges import blocks
 from .point_groups import PointGroups
+
+#: Rounds of rays, of all points together, that are worked on in one array.
+ROUNDS_PER_BATCH = 1 << 13
 
 
 @dataclass(frozen=True)
@@ -27,11 +32,18 @@ class RoundSums:
         """No rounds yet."""
         return cls(np.zeros(points), np.zeros((points, 3)), np.zeros((points, 3)))
 
-    def add(self, rows: slice | np.ndarray, sample: np.ndarray) -> None:
-        """One round more at ``rows`` (K,), all different, which found ``sample`` (K, 3)."""
-        self.count[rows] += 1
-        self.total[rows] += sample
-        self.squares[rows] += sample**2
+    def part(self, rows: slice) -> RoundSums:
+        """The sums at some of the points, which grow with these."""
+        return RoundSums(self.count[rows], self.total[rows], self.squares[rows])
+
+    def add(self, rows: slice, rounds: np.ndarray, samples: np.ndarray) -> None:
+        """What ``rounds`` (K,) more at each of ``rows`` found: ``samples`` (sum of rounds, 3), point after point."""
+        self.count[rows] += rounds
+        some = np.flatnonzero(rounds)
+        begin = (np.cumsum(rounds) - rounds)[some]
+        for channel, sample in enumerate(samples.T):
+            self.total[rows, channel][some] += np.add.reduceat(sample, begin)
+            self.squares[rows, channel][some] += np.add.reduceat(sample**2, begin)
 
     @property
     def mean(self) -> np.ndarray:
@@ -63,3 +75,19 @@ class RoundSums:
         spread = np.sqrt(self.variance).sum(axis=1)
         relative = np.divide(spread, light, out=np.zeros_like(light), where=light > 0)
         return np.where(self.count >= 2, relative**2, np.nan)
+
+
+def batches(rounds: np.ndarray) -> Iterator[tuple[slice, np.ndarray]]:
+    """Batches of bounded size of points that have so many ``rounds`` (K,): their rows, and the row of each round."""
+    for rows in blocks(rounds, ROUNDS_PER_BATCH):
+        spot = np.repeat(np.arange(rows.start, rows.stop), rounds[rows])
+        if len(spot):
+            yield rows, spot
+
+
+def net_means(found: np.ndarray, count: int) -> np.ndarray:
+    """Means (S, 3) over each ``count`` consecutive rows of ``found`` (S * count, 3)."""
+    total = found[::count].copy()
+    for number in range(1, count):
+        total += found[number::count]
+    return total / count

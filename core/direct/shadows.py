@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..rays import Hits, RayCaster
+from ..rays import FAR, Hits, RayCaster
 from ..scene import Scene
 
 #: Surfaces that a ray or particle may pass straight through, all together, before it is given up.
@@ -38,6 +38,24 @@ class Shadows:
             arrived = hits.triangle < 0
             share[rows[arrived]] = through[arrived]
         return share
+
+    @property
+    def frame(self) -> tuple[np.ndarray, float, float]:
+        """The centre (3,) m and the scale of the scene as Embree sees it, and how short of the light rays end, m."""
+        return self._caster.centre, self._caster.scale, STOP_SHORT * self._caster.tolerance
+
+    def block(self, near: np.ndarray, towards: np.ndarray, reach: np.ndarray, arriving: np.ndarray) -> np.ndarray:
+        """Whether (R,) nothing comes through along rays as Embree has them; else ``arriving`` (R, 3) is dimmed.
+
+        ``near`` (R, 3), ``towards`` (R, 3) and ``reach`` (R,) are float32, in the frame, R > 0.
+        """
+        if self._transmittance is None:
+            return self._caster.blocked(near, towards, reach)
+        caster = self._caster
+        origins, ways = near / caster.scale + caster.centre, towards.astype(np.float64)
+        far = np.where(reach >= FAR, np.inf, reach / np.float64(caster.scale) + STOP_SHORT * caster.tolerance)
+        arriving *= self.transmitted(origins, ways, far)
+        return np.zeros(len(near), bool)
 
     def surfaces(
         self, origins: np.ndarray, directions: np.ndarray, reach: np.ndarray | float = np.inf

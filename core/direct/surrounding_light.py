@@ -14,6 +14,7 @@ import numpy as np
 from ..lights.light import SHADOW_DIMENSIONS, Surroundings
 from .direction_guide import SIDE, DirectionChoice, cells
 from .low_discrepancy import scrambled_net
+from .round_sums import RoundSums, batches, net_means
 from .shadows import Shadows
 from .spots import Spots
 
@@ -47,29 +48,35 @@ class SurroundingLight:
         self._distant = all(light.distant for light in lights)
         self.rays_per_round = rays * (1 + sum(light.aimed for light in lights)) if lights else 0
 
-    def round(
+    def cast(
         self,
         spots: Spots,
+        rounds: np.ndarray,
         guide: DirectionChoice | None,
         generator: np.random.Generator,
+        sums: RoundSums,
         seen: list[Sightings] | None = None,
-    ) -> np.ndarray:
-        """One estimate (K, 3) of the light at ``spots``; what was seen goes into the list ``seen``."""
-        count = len(spots)
-        rows = np.repeat(np.arange(count), self._rays)
-        from_ = spots.taken(rows)
-        found = np.zeros((len(rows), 3))
-        for light in self._lights:
-            if light.aimed:
-                self._aimed(light, from_, rows, guide, self._uniforms(count, generator), found, seen)
-        self._by_chance(from_, rows, guide, self._uniforms(count, generator), found, seen)
-        return found.reshape(count, self._rays, 3).mean(axis=1)
+    ) -> None:
+        """Add to the ``sums`` of the K ``spots`` what ``rounds`` (K,) rounds of rays from each of them find.
+
+        What was seen goes into the list ``seen``.
+        """
+        for rows, spot in batches(rounds):
+            count = len(spot)
+            from_ = np.repeat(spot, self._rays)
+            around = spots.taken(from_)
+            found = np.zeros((len(from_), 3))
+            for light in self._lights:
+                if light.aimed:
+                    self._aimed(light, around, from_, guide, self._uniforms(count, generator), found, seen)
+            self._by_chance(around, from_, guide, self._uniforms(count, generator), found, seen)
+            sums.add(rows, rounds[rows], net_means(found, self._rays))
 
     def _aimed(self, light, spots: Spots, spot, guide, uniforms, found, seen) -> None:
         """Add to ``found`` what rays chosen by ``light`` bring."""
         rays = light.shadow_rays(spots.points, uniforms)
         cosine = np.einsum("ij,ij->i", spots.normals, rays.directions)
-        rows = np.flatnonzero((cosine > 0) & (rays.radiance != 0).any(axis=1))
+        rows = np.flatnonzero((cosine > 0) & rays.shines)
         directions, cosine, density = rays.directions[rows], cosine[rows], rays.density[rows]
         through = self._shadows.transmitted(spots.points[rows], directions, rays.distances[rows])
         arriving = rays.radiance[rows] * through * cosine[:, None]

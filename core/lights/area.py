@@ -23,14 +23,14 @@ _PARALLEL = 1e-3
 _LAMBERT = 1e-6
 
 #: Edges whose directions have no larger cosine are perpendicular: single precision makes them no better.
-_PERPENDICULAR = 1e-6
+PERPENDICULAR = 1e-6
 
 #: Below this solid angle in sr of the edges' rectangle places are chosen by area: for a rectangle because the other way
 #: loses its digits there, for an ellipse because a quarter of the rectangle then goes to waste.
-_LEAST_SOLID_ANGLE = {"rectangle": 1e-4, "ellipse": 1.0}
+LEAST_SOLID_ANGLE = {"rectangle": 1e-4, "ellipse": 1.0}
 
 #: A point less than this many times the light's size in front of its plane lies in it, and is dark.
-_IN_PLANE = 1e-12
+IN_PLANE = 1e-12
 
 #: Nodes of the table that starts the search for the angle, and the Newton steps after it.
 _TABLE = 129
@@ -98,7 +98,7 @@ class AreaLight:
         offsets = points - self.centre
         normal = self.normal
         height = offsets @ normal
-        lit = height > _IN_PLANE * np.sqrt(self.area)
+        lit = height > IN_PLANE * np.sqrt(self.area)
         height = np.where(lit, height, 1.0)
         across = np.cross(self.edge_u, self.edge_v)
         shares = np.stack([np.cross(self.edge_v, across), np.cross(across, self.edge_u)]) / (across @ across)
@@ -106,7 +106,7 @@ class AreaLight:
         if self.sharp:
             rays = np.tile(-normal, (len(points), 1)), height, self.power / self.area, np.ones(len(points))
             return lit_rays(*rays, lit & self._covers(foot))
-        reach = height[:, None] * (self._tangent * np.linalg.norm(shares, axis=1))
+        reach = height[:, None] * (self.tangent * np.linalg.norm(shares, axis=1))
         low = np.maximum(-0.5, foot - reach)
         high = np.maximum(np.minimum(0.5, foot + reach), low)
         way, area, solid_angle = self._chosen(foot, low, high, height, uniforms)
@@ -119,15 +119,15 @@ class AreaLight:
         return lit_rays(directions, distances, strength[:, None] * self.power, density, lit)
 
     @property
-    def _tangent(self) -> float:
+    def tangent(self) -> float:
         """Tangent of the widest angle at which it shines."""
         return np.inf if np.pi - self.spread < _LAMBERT else np.tan(0.5 * self.spread)
 
     def _narrowed(self, slope: np.ndarray) -> np.ndarray:
         """Radiance at angles of tangent ``slope`` (K,) from the normal, over that of a Lambert emitter."""
-        if np.isinf(self._tangent):
+        if np.isinf(self.tangent):
             return np.ones_like(slope)
-        return np.maximum(self._tangent - slope, 0.0) / (self._tangent - 0.5 * self.spread)
+        return np.maximum(self.tangent - slope, 0.0) / (self.tangent - 0.5 * self.spread)
 
     def _covers(self, place: np.ndarray) -> np.ndarray:
         """Whether each ``place`` (K, 2), in shares of the edges from the centre, is on the light."""
@@ -145,9 +145,9 @@ class AreaLight:
         way = low - foot + uniforms * (high - low)
         filled = (high - low).prod(axis=1)
         area, solid_angle = filled * (self.area / SHAPES[self.shape]), np.zeros(len(foot))
-        if abs(self.edge_u @ self.edge_v) <= _PERPENDICULAR * lengths.prod():
+        if abs(self.edge_u @ self.edge_v) <= PERPENDICULAR * lengths.prod():
             place, solid_angle = spherical_rectangle((low - foot) * lengths, (high - foot) * lengths, height, uniforms)
-            solid_angle[solid_angle < _LEAST_SOLID_ANGLE[self.shape]] = 0.0
+            solid_angle[solid_angle < LEAST_SOLID_ANGLE[self.shape]] = 0.0
             way = np.where(solid_angle[:, None] > 0.0, place / lengths, way)
         if self.shape == "ellipse":
             whole = (solid_angle == 0.0) & (filled > SHAPES["ellipse"])

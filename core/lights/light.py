@@ -58,6 +58,12 @@ class ShadowRays:
     radiance: np.ndarray
     density: np.ndarray
 
+    @property
+    def shines(self) -> np.ndarray:
+        """Whether (K,) any radiance comes back."""
+        red, green, blue = self.radiance.T
+        return (red != 0) | (green != 0) | (blue != 0)
+
 
 class Light(Protocol):
     """A source of photon particles, at which points can also aim shadow rays.

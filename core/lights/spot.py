@@ -88,20 +88,20 @@ class SpotLight:
         return Particles(self.position + aside, directions, flux, start)
 
     @property
-    def _fall(self) -> float:
+    def fall(self) -> float:
         """1 - c, without cancellation in a narrow cone."""
         return 2.0 * np.sin(0.25 * self.size) ** 2
 
     @property
     def _round_flux(self) -> np.ndarray:
-        return self.power * (0.5 * self._fall * (1.0 - 0.5 * self.blend))
+        return self.power * (0.5 * self.fall * (1.0 - 0.5 * self.blend))
 
     def _directions(self, uniforms: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """World directions (P, 3), and world over own solid angle (P,), for own directions in proportion to intensity.
 
         A direction w of the own space becomes M w / |M w|, and the solid angle around it grows by |det M| / |M w|^3.
         """
-        own = around(_OWN_AXIS, self._fall * _share_of_fall(uniforms[:, 0], self.blend), uniforms[:, 1])
+        own = around(_OWN_AXIS, self.fall * _share_of_fall(uniforms[:, 0], self.blend), uniforms[:, 1])
         turned = own @ self.axis.T
         length = np.linalg.norm(turned, axis=1)
         return turned / length[:, None], abs(np.linalg.det(self.axis)) / length**3
@@ -114,10 +114,10 @@ class SpotLight:
         ahead = own[:, 2] < 0.0
         # 1 - cos a = sin^2 a / (1 + cos a) keeps narrow cones exact; nothing shines backwards
         fall = np.where(ahead, (squares[:, 0] + squares[:, 1]) / (1.0 + np.sqrt(squares[:, 2])), 1.0)
-        rim = self._fall * self.blend
+        rim = self.fall * self.blend
         if rim <= np.finfo(float).tiny:
-            return (fall < self._fall).astype(float)
-        t = np.clip(self._fall - fall, 0.0, rim) / rim
+            return (fall < self.fall).astype(float)
+        t = np.clip(self.fall - fall, 0.0, rim) / rim
         return t * t * (3.0 - 2.0 * t)
 
 

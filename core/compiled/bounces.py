@@ -1,4 +1,4 @@
-"""What diffuse surfaces do to particles between two casts of rays: the steps of photons/tracing.py in one pass each."""
+"""What surfaces do to particles between two casts of rays: the steps of photons/bounces.py in one pass."""
 
 from __future__ import annotations
 
@@ -6,99 +6,164 @@ import math
 
 from numba import njit
 
+from .specular import facet, shares, turned
+from .vectors import dot, over_hemisphere, plus, row_of, times
+
+TINY = 2.2250738585072014e-308
+ABSORBED, REFLECTED, PASSED, MIRRORED, REFRACTED = range(5)  # as in photons/bounces.py
+DARK = (0.0, 0.0, 0.0)
+
+
+@njit(error_model="numpy")
+def _write(array, row, vector):
+    for axis in range(3):
+        array[row, axis] = vector[axis]
+
+
+@njit(error_model="numpy")
+def _largest(rgb):
+    return max(max(abs(rgb[0]), abs(rgb[1])), abs(rgb[2]))
+
+
+@njit(error_model="numpy")
+def _shaded(rgb, share):
+    return rgb[0] * share[0], rgb[1] * share[1], rgb[2] * share[2]
+
+
+@njit(error_model="numpy")
+def _roulette(flux, albedo, through, mirrored, refracted, choice):
+    """The fate that a uniform number chooses among these shares of what a surface does, and the flux that goes on."""
+    largest = max(_largest(flux), TINY)
+    going = _shaded(flux, albedo), _shaded(flux, through), _shaded(flux, mirrored), _shaded(flux, refracted)
+    first, second = _largest(going[0]) / largest, _largest(going[1]) / largest
+    third, fourth = _largest(going[2]) / largest, _largest(going[3]) / largest
+    excess = max(first + second + third + fourth, 1.0)
+    first, second, third, fourth = first / excess, second / excess, third / excess, fourth / excess
+    if choice < first:
+        return REFLECTED, times(1.0 / first, going[0])
+    if choice < first + second:
+        return PASSED, times(1.0 / second, going[1])
+    if choice < first + second + third:
+        return MIRRORED, times(1.0 / third, going[2])
+    if choice < first + second + third + fourth:
+        return REFRACTED, times(1.0 / fourth, going[3])
+    return ABSORBED, DARK
+
+
+@njit(error_model="numpy")
+def _sent_on(at, u, v, surfaces, specular, direction, flux, choice, facets, row):
+    """The fate of a particle where light may pass or be turned, its flux and direction after it, and the next ``row``.
+
+    ``row`` of facets (K, 5), uniform numbers, is used if the triangle ``at`` is specular.
+    """
+    _, normals, albedo, transmittance, special = surfaces
+    own = special[at] if len(special) else -1
+    if own < 0:
+        fate, flux = _roulette(flux, row_of(albedo, at), row_of(transmittance, at), DARK, DARK, choice)
+        return fate, flux, direction, row
+    normal = row_of(normals, at)
+    reflectance, met = facet(specular, own, u, v, normal, direction, facets[row, 0], facets[row, 1])
+    mirrored, refracted = shares(specular[1], own, reflectance)
+    fate, flux = _roulette(flux, row_of(albedo, at), row_of(transmittance, at), mirrored, refracted, choice)
+    if fate == MIRRORED or fate == REFRACTED:
+        direction = turned(met, fate == MIRRORED, direction, specular[2][own, 1], facets, row)
+    return fate, flux, direction, row + 1
+
+
+@njit(error_model="numpy")
+def _begun(origins, path, ends, direction, flux, start, row):
+    """Let a particle shine from ``start`` on; one that is blocked before loses its flux, and its start becomes -1."""
+    origin, end = row_of(origins, path), row_of(ends, path)
+    way = plus(end, -1.0, origin)
+    if start[row] < math.sqrt(dot(way, way)):
+        _write(origins, path, plus(origin, start[row], direction))
+    else:
+        start[row] = -1.0
+        _write(flux, path, DARK)
+
 
 @njit(
-    "i8(i4[::1], f4[::1], f4[::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[::1], f8, f8,"
-    " f8[::1], f8, f8[:,::1], i8[::1], f8[:,::1], f8[:,::1])",
+    "i8(Tuple((i4[::1], f4[::1], f4[::1])), Tuple((f8[:,::1], f8[:,::1], f8[:,::1], u2[::1], u4[::1])), i8,"
+    " Tuple((f8[:,::1], u2[::1], f4[:,::1], f4[:,::1])), f8[::1],"
+    " Tuple((f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], i8[::1])), Tuple((f8[:,::1], f8[:,::1], f8[:,::1])),"
+    " Tuple((f8[:,::1], f8[:,::1])), Tuple((f8, f8, f8)), Tuple((f8[::1], f8, f8[::1], f8)), Tuple((i8, i8)), f8[::1])",
     nogil=True,
     cache=True,
     error_model="numpy",
 )
-def meet(
-    triangle, u, v, edged, normals, albedo, origins, directions, flux, choice, past, grazing, centre, radius,
-    ends, rows, kept, points,
-):  # fmt: skip
-    """Where segments end, and which particles are reflected: their number K.
+def bounce(hits, paths, begin, going, start, surfaces, specular, uniforms, lengths, spaces, most, cut):
+    """Where segments end, and which R particles go on, and how: their number K.
 
-    triangle, u, v       (R,) what the rays met and where, -1 for nothing
-    edged, normals, albedo   of the triangles; edged as in core/compiled/hits.py
-    origins, directions, flux    (R, 3) of the particles
-    choice               uniform numbers, one for each particle that met something
-    past, grazing        how far segments reach behind their hit along the normal, and the least cosine
-    centre, radius       of everything, which segments without a hit leave
-    ends                 (R, 3) written
-    rows, kept, points   (R,), (R, 3), (R, 3) written up to K: who is reflected, with which flux, and where
+    hits       triangle, u, v (R,): what the rays met and where, -1 for nothing
+    paths      origins, ends, flux (S, 3), bounce, particle (S,) of segments; the rays' are those from ``begin`` on,
+               whose ends are written, and K new ones follow them without ends
+    going      directions (R, 3), how many surfaces each passed straight (R,), and origins and directions (R, 3) for
+               Embree; the first K rows are overwritten with the next
+    start      (R,) distances from where the particles shine, or none; -1 is written for those that are blocked before
+    surfaces   edged as in core/compiled/hits.py, normals, albedo, transmittance of the triangles, and their rows among
+               the specular ones, -1 for none; without all of that the last two are empty
+    specular   as in core/compiled/specular.py
+    uniforms   (H, 3) for each particle that met something, and (F, 5) for each that met something specular
+    lengths    how far segments reach behind their hit along the normal, the least cosine, and the lift of origins
+    spaces     centre and radius of everything, which segments without a hit leave; centre and scale for Embree
+    most       bounces, and passages: the flux of those that would go on after them is added to ``cut`` (3,)
     """
-    met = alive = 0
+    triangle, us, vs = hits
+    origins, ends, fluxes, bounces, particle = paths
+    directions, passages, near, towards = going
+    edged, normals, albedo, transmittance, _ = surfaces
+    reach_behind, grazing, lift = lengths
+    centre, radius, middle, scale = spaces
+    met = glossy = 0
+    alive = begin + len(triangle)
     for row in range(len(triangle)):
-        x, y, z = directions[row, 0], directions[row, 1], directions[row, 2]
-        at = triangle[row]
+        path, at = begin + row, triangle[row]
+        direction, origin = row_of(directions, row), row_of(origins, path)
         if at < 0:
-            away = 0.0
-            for axis in range(3):
-                away += (origins[row, axis] - centre[axis]) ** 2
-            reach = math.sqrt(away) + radius
-            for axis in range(3):
-                ends[row, axis] = origins[row, axis] + reach * directions[row, axis]
+            away = plus(origin, -1.0, (centre[0], centre[1], centre[2]))
+            _write(ends, path, plus(origin, math.sqrt(dot(away, away)) + radius, direction))
+            if len(start):
+                _begun(origins, path, ends, direction, fluxes, start, row)
             continue
-        cosine = abs(normals[at, 0] * x + normals[at, 1] * y + normals[at, 2] * z)
-        behind = past / max(cosine, grazing)
-        for axis in range(3):
-            place = edged[at, axis] + float(u[row]) * edged[at, 3 + axis] + float(v[row]) * edged[at, 6 + axis]
-            points[alive, axis] = place
-            ends[row, axis] = place + behind * directions[row, axis]
-        largest = going = 0.0
-        for channel in range(3):
-            kept[alive, channel] = flux[row, channel] * albedo[at, channel]
-            largest = max(largest, abs(flux[row, channel]))
-            going = max(going, abs(kept[alive, channel]))
-        chance = min(going / max(largest, 2.2250738585072014e-308), 1.0)
-        if choice[met] < chance:
-            for channel in range(3):
-                kept[alive, channel] /= chance
-            rows[alive] = row
-            alive += 1
-        met += 1
-    return alive
-
-
-@njit(
-    "void(i8[::1], i4[::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], f8, f8[::1], f8, f8[:,::1], f8[:,::1],"
-    " f4[:,::1], f4[:,::1])",
-    nogil=True,
-    cache=True,
-    error_model="numpy",
-)
-def reflect(rows, triangle, normals, before, points, uniforms, away, centre, scale, origins, directions, near, towards):
-    """Cosine-distributed directions off the surfaces: sampling.disc, sampling.frames and sampling.cosine_hemisphere.
-
-    rows, triangle, before   (K,), (R,), (R, 3): who goes on, what all met and their directions until then
-    points, uniforms         (K, 3), (K, 2): where they start, but ``away`` metres off, and what decides
-    origins, directions      (K, 3) written; ``near``, ``towards`` the same for Embree, less ``centre``, times ``scale``
-    """
-    for row in range(len(rows)):
-        who = rows[row]
-        at = triangle[who]
-        nx, ny, nz = normals[at, 0], normals[at, 1], normals[at, 2]
-        along = nx * before[who, 0] + ny * before[who, 1] + nz * before[who, 2]
-        side = -math.copysign(1.0, along)
-        nx, ny, nz = side * nx, side * ny, side * nz
-        p, q = 2.0 * uniforms[row, 0] - 1.0, 2.0 * uniforms[row, 1] - 1.0
-        if abs(p) > abs(q):
-            length, angle = p, 0.25 * math.pi * (q / p)
+        u, v, normal = float(us[row]), float(vs[row]), row_of(normals, at)
+        point = (
+            edged[at, 0] + u * edged[at, 3] + v * edged[at, 6],
+            edged[at, 1] + u * edged[at, 4] + v * edged[at, 7],
+            edged[at, 2] + u * edged[at, 5] + v * edged[at, 8],
+        )
+        along = dot(normal, direction)
+        _write(ends, path, plus(point, reach_behind / max(abs(along), grazing), direction))
+        if len(start):
+            _begun(origins, path, ends, direction, fluxes, start, row)
+        flux, choice = row_of(fluxes, path), uniforms[0][met, 0]
+        if len(transmittance):
+            fate, flux, direction, glossy = _sent_on(
+                at, u, v, surfaces, specular, direction, flux, choice, uniforms[1], glossy
+            )
         else:
-            length, angle = q, 0.5 * math.pi - 0.25 * math.pi * (p / (q if q != 0.0 else 1.0))
-        x, y = length * math.cos(angle), length * math.sin(angle)
-        height = math.sqrt(max(1.0 - x * x - y * y, 0.0))
-        sign = math.copysign(1.0, nz)
-        a = -1.0 / (sign + nz)
-        b = nx * ny * a
-        directions[row, 0] = x * (1.0 + sign * nx * nx * a) + y * b + height * nx
-        directions[row, 1] = x * (sign * b) + y * (sign + ny * ny * a) + height * ny
-        directions[row, 2] = x * (-sign * nx) + y * (-ny) + height * nz
-        origins[row, 0] = points[row, 0] + away * nx
-        origins[row, 1] = points[row, 1] + away * ny
-        origins[row, 2] = points[row, 2] + away * nz
+            fate, flux = _roulette(flux, row_of(albedo, at), DARK, DARK, DARK, choice)
+        met += 1
+        if fate == ABSORBED:
+            continue
+        if (passages[row] >= most[1]) if fate == PASSED else (bounces[path] >= most[0]):
+            for channel in range(3):
+                cut[channel] += flux[channel]
+            continue
+        side = math.copysign(lift, dot(normal, direction))
+        if fate == REFLECTED:
+            side = -side
+            direction = over_hemisphere(times(math.copysign(1.0, side), normal), uniforms[0][met - 1, 1],
+                                        uniforms[0][met - 1, 2])  # fmt: skip
+        onward = alive - begin - len(triangle)
+        origin = plus(point, side, normal)
+        _write(origins, alive, origin)
+        _write(fluxes, alive, flux)
+        particle[alive] = particle[path]
+        bounces[alive] = bounces[path] + (fate != PASSED)
+        passages[onward] = passages[row] + (fate == PASSED)
+        _write(directions, onward, direction)
+        _write(towards, onward, direction)
         for axis in range(3):
-            near[row, axis] = (origins[row, axis] - centre[axis]) * scale
-            towards[row, axis] = directions[row, axis]
+            near[onward, axis] = (origin[axis] - middle[axis]) * scale
+        alive += 1
+    return alive - begin - len(triangle)

@@ -1,6 +1,6 @@
 """All compiled functions. Importing this module imports Numba: only :func:`..compiled.kernels` does."""
 
-from .bounces import meet, reflect
+from .bounces import bounce
 from .grid_build import LANES, SIDES, count, distances, empty_boxes, fill, lay_out
 from .grid_walk import crossings, order_by_end
 from .hits import hit_points
@@ -13,6 +13,7 @@ __all__ = [
     "add_up",
     "aim_at_lamps",
     "arrived",
+    "bounce",
     "choose_lamps",
     "count",
     "crossings",
@@ -22,9 +23,7 @@ __all__ = [
     "hit_points",
     "lamp_strengths",
     "lay_out",
-    "meet",
     "order_by_end",
-    "reflect",
     "repeated_products",
     "sector",
 ]

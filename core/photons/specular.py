@@ -11,8 +11,8 @@ from ..errors import InvalidArrayError
 from ..sampling import cosine_hemisphere, frames
 from ..triangles import normals_and_areas
 
-#: How many uniform random numbers each hit uses.
-_DIMENSIONS = 5
+#: How many uniform random numbers each hit of a specular surface uses.
+FACET_DIMENSIONS = 5
 
 #: Light that grazes more than by this cosine counts as coming by it, so that nothing is divided by zero.
 _LEAST_COSINE = 1e-9
@@ -78,30 +78,38 @@ class Turns:
 
 
 class SpecularSurfaces:
-    """Finds how particles go on where they meet the ``specular`` triangles of a scene, given by all its ``corners``."""
+    """Finds how particles go on where they meet the ``specular`` triangles of a scene, given by all its ``corners``.
+
+    Attributes: each triangle's ``row`` (T,) among the specular ones, -1 for none, and their ``tables`` for the kernels.
+    """
 
     def __init__(self, specular: Specular, corners: np.ndarray):
         self._specular = specular
         self._corners = corners[specular.triangles]
         self._normals, _ = normals_and_areas(self._corners)
-        self._row = np.full(len(corners), -1, np.int64)
-        self._row[specular.triangles] = np.arange(len(specular.triangles))
+        self.row = np.full(len(corners), -1, np.int64)
+        self.row[specular.triangles] = np.arange(len(specular.triangles))
+        self.tables = (
+            specular.normals.reshape(-1, 9).copy(),
+            np.concatenate([specular.mirror, specular.gloss, specular.clear], axis=1),
+            np.stack([specular.ior, specular.roughness], axis=1),
+        )
 
     def turns(self, triangle: np.ndarray, directions: np.ndarray, points: np.ndarray, generator) -> Turns:
         """What each ``triangle`` (K,) does to a particle of ``directions`` (K, 3) that meets it at ``points`` (K, 3).
 
         The shares are zero, and no random number is used, where it is not specular.
         """
-        rows = self._row[triangle]
+        rows = self.row[triangle]
         met = np.flatnonzero(rows >= 0)
-        found = self._turns(rows[met], directions[met], points[met], generator.random((len(met), _DIMENSIONS)))
+        found = self._turns(rows[met], directions[met], points[met], generator.random((len(met), FACET_DIMENSIONS)))
         whole = Turns(np.zeros_like(directions), directions.copy(), np.zeros_like(directions), directions.copy())
         for name, values in vars(found).items():
             getattr(whole, name)[met] = values
         return whole
 
     def _turns(self, rows, directions, points, uniforms) -> Turns:
-        """The same for table ``rows`` (K,), by ``uniforms`` (K, _DIMENSIONS).
+        """The same for table ``rows`` (K,), by ``uniforms`` (K, FACET_DIMENSIONS).
 
         A microfacet is chosen among those that the light meets; it mirrors light about its own normal, or refracts it
         by Snell's law, in shares by :func:`fresnel`. What the other microfacets then block, and would send on after

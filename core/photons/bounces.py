@@ -1,0 +1,170 @@
+"""What particles do between leaving a light and being absorbed, in NumPy: their segments, one generation at a time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..bounds import Bounds
+from ..direct.shadows import MOST_PASSAGES
+from ..lights.light import Particles
+from ..rays import Hits, RayCaster
+from ..sampling import cosine_hemisphere
+from ..segments import Segments
+from .specular import SpecularSurfaces
+
+#: How many tolerances behind their hit segments end, along the surface's normal.
+REACH_BEHIND = 2
+
+#: The smallest cosine for which a segment is lengthened to reach the tolerance behind its hit.
+GRAZING_COSINE = 0.01
+
+#: What Russian roulette does with a particle: reflect it diffusely, let it pass straight on, mirror or refract it.
+ABSORBED, REFLECTED, PASSED, MIRRORED, REFRACTED = range(5)
+
+#: How many uniform random numbers each hit uses: its fate, and the direction after diffuse reflection.
+HIT_DIMENSIONS = 3
+
+
+@dataclass(frozen=True)
+class Bounces:
+    """Follows particles among the triangles of ``caster``.
+
+    albedo         (T, 3)
+    transmittance  (T, 3), or None when nothing lets light pass straight on and nothing is specular
+    specular       those that also mirror or refract, or None
+    bounds         left by segments that meet nothing
+    most           bounces
+    direct         whether segments before the first bounce are kept
+    """
+
+    caster: RayCaster
+    albedo: np.ndarray
+    transmittance: np.ndarray | None
+    specular: SpecularSurfaces | None
+    bounds: Bounds
+    most: int
+    direct: bool
+
+    def followed(self, sent: Particles, first: int, generator: np.random.Generator) -> tuple[Segments, np.ndarray]:
+        """All segments of particles from their emission on, and the flux (3,) W that the limits on bounces cut.
+
+        ``sent`` have left their lights by a little; they are numbered from ``first`` on.
+        """
+        origins, directions, flux, start = sent.origins, sent.directions, sent.flux, sent.start
+        count = len(origins)
+        bounce, passages = np.zeros(count, np.uint16), np.zeros(count, np.uint16)
+        particle = np.arange(first, first + count, dtype=np.uint32)
+        parts, cut = [], np.zeros(3)
+        while len(origins):
+            hits = self.caster.first_hits(origins, directions)
+            rows = np.flatnonzero(hits.triangle >= 0)
+            segments = Segments(origins, self._ends(origins, directions, hits, rows), flux, bounce, particle)
+            if start is not None:
+                segments, flux = _begun(segments, directions, start)
+                start = None
+            parts.append(segments if self.direct else segments.indirect)
+
+            uniforms = generator.random((len(rows), HIT_DIMENSIONS))
+            directions = directions.take(rows, axis=0)
+            fate, flux, directions = self._meet(hits, rows, flux.take(rows, axis=0), directions, uniforms, generator)
+            limit = np.where(fate == PASSED, passages.take(rows) >= MOST_PASSAGES, bounce.take(rows) >= self.most)
+            limit &= fate != ABSORBED
+            cut += flux[limit].sum(axis=0)
+            alive = np.flatnonzero((fate != ABSORBED) & ~limit)
+            rows, fate, flux = rows.take(alive), fate.take(alive), flux.take(alive, axis=0)
+            particle = particle.take(rows)
+            bounce = bounce.take(rows) + (fate != PASSED).astype(np.uint16)
+            passages = passages.take(rows) + (fate == PASSED).astype(np.uint16)
+            uniforms = uniforms[:, 1:].take(alive, axis=0)
+            origins, directions = self._onward(hits, rows, directions.take(alive, axis=0), fate, uniforms)
+        return Segments.joined(parts), cut
+
+    def _ends(self, origins, directions, hits: Hits, rows) -> np.ndarray:
+        """Segment ends: past the hit (``rows`` hit) by twice the tolerance along the normal, or out of everything."""
+        ends = np.empty_like(origins)
+        onward = directions.take(rows, axis=0)
+        cosine = np.abs(_dot(self.caster.normals.take(hits.triangle.take(rows), axis=0), onward))
+        past = REACH_BEHIND * self.caster.tolerance / np.maximum(cosine, GRAZING_COSINE)
+        ends[rows] = hits.points.take(rows, axis=0) + past[:, None] * onward
+        missed = np.flatnonzero(hits.triangle < 0)
+        outward = origins.take(missed, axis=0)
+        reach = np.linalg.norm(outward - self.bounds.centre, axis=1) + self.bounds.radius
+        ends[missed] = outward + reach[:, None] * directions.take(missed, axis=0)
+        return ends
+
+    def _meet(
+        self, hits: Hits, rows, flux, directions, uniforms, generator
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """What happens to particles at their hits: fates (K,), the flux (K, 3) W that goes on, and directions (K, 3).
+
+        The directions are those after a straight passage, mirror or refraction; diffuse reflection has yet to choose.
+        """
+        triangle, choice = hits.triangle.take(rows), uniforms[:, 0]
+        shares = [self.albedo.take(triangle, axis=0)]
+        if self.transmittance is None:
+            return *_roulette(flux, shares, choice), directions
+        shares.append(self.transmittance.take(triangle, axis=0))
+        if self.specular is None:
+            return *_roulette(flux, shares, choice), directions
+        turns = self.specular.turns(triangle, directions, hits.points.take(rows, axis=0), generator)
+        fate, flux = _roulette(flux, [*shares, turns.mirrored, turns.refracted], choice)
+        directions = np.where((fate == MIRRORED)[:, None], turns.mirrored_direction, directions)
+        return fate, flux, np.where((fate == REFRACTED)[:, None], turns.refracted_direction, directions)
+
+    def _onward(self, hits: Hits, rows, directions, fate, uniforms) -> tuple[np.ndarray, np.ndarray]:
+        """Origins just off the surface, and directions, of the particles that go on."""
+        normals = self.caster.normals.take(hits.triangle.take(rows), axis=0)
+        facing = -np.copysign(1.0, _dot(normals, directions))[:, None] * normals
+        if self.transmittance is None:
+            away, turned = self.caster.tolerance, cosine_hemisphere(facing, uniforms)
+        else:
+            reflects = fate == REFLECTED
+            turned = directions.copy()
+            turned[reflects] = cosine_hemisphere(facing[reflects], uniforms[reflects])
+            away = np.where(reflects, self.caster.tolerance, -self.caster.tolerance)[:, None]
+        return hits.points.take(rows, axis=0) + away * facing, turned
+
+
+def _begun(segments: Segments, directions, start) -> tuple[Segments, np.ndarray]:
+    """The segments of particles that shine from ``start`` (R,) on, and the flux (R, 3) that goes on.
+
+    What is blocked before has no segment and no flux.
+    """
+    shining = start < np.linalg.norm(segments.ends - segments.origins, axis=1)
+    begins = segments.origins + start[:, None] * directions
+    begun = Segments(begins, segments.ends, segments.flux, segments.bounce, segments.particle)
+    return begun.taken(shining), np.where(shining[:, None], segments.flux, 0.0)
+
+
+def _roulette(flux: np.ndarray, shares: list[np.ndarray], choice: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Russian roulette over the ``shares`` (K, 3) of what surfaces do: fates (K,) and the flux (K, 3) W that goes on.
+
+    With f the flux, fate i has the probability max|f s_i| / max|f|, so that a particle's largest channel keeps its
+    flux; probabilities that add up to more than one are scaled to one. Fates count from 1, 0 is to be absorbed.
+    ``choice`` (K,) are uniform numbers.
+    """
+    largest = np.maximum(_largest(flux), np.finfo(float).tiny)
+    going = [flux * share for share in shares]
+    chances = [_largest(part) / largest for part in going]
+    excess = np.maximum(sum(chances), 1.0)
+    chances = [chance / excess for chance in chances]
+    fate, kept, probability = np.zeros(len(flux), np.uint8), going[0], np.ones(len(flux))
+    for number in reversed(range(len(shares))):
+        # From the last one down, so that the first whose running sum exceeds the choice is the one that stays.
+        chosen = choice < sum(chances[: number + 1])
+        fate[chosen] = number + 1
+        probability = np.where(chosen, chances[number], probability)
+        kept = np.where(chosen[:, None], going[number], kept)
+    return fate, kept / probability[:, None]
+
+
+def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.einsum("ij,ij->i", a, b)
+
+
+def _largest(rgb: np.ndarray) -> np.ndarray:
+    """The largest absolute channel (K,); a reduction along so short an axis would be slow."""
+    size = np.abs(rgb)
+    return np.maximum(np.maximum(size[:, 0], size[:, 1]), size[:, 2])

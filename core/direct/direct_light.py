@@ -182,9 +182,7 @@ class DirectLight:
         if seen:
             light = self._relative_light(rows=rows)
             scale = np.divide(1.0, light, out=np.zeros_like(light), where=light > 0)
-            for sighting in seen:
-                light = sighting.light * scale[sighting.spot]
-                self._seen.add(part, sighting.spot % 2, sighting.place, light, sighting.weight, sighting.whole)
+            self._seen.add(part, seen, scale)
 
     def _generator(self, *key: int) -> np.random.Generator:
         return np.random.default_rng(np.random.SeedSequence(self._seed, spawn_key=(2, *map(int, key))))

@@ -9,10 +9,12 @@ Map", Eurographics Rendering Workshop 1995.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+
+from ..compiled import kernels
 
 #: Cells along each side of the square.
 SIDE = 16
@@ -92,6 +94,24 @@ def _chosen(ends: np.ndarray, owner: np.ndarray, uniforms: np.ndarray) -> tuple[
     return found, np.clip((target - start) / (end - start), 0.0, _BELOW_ONE)
 
 
+@dataclass(frozen=True)
+class Sightings:
+    """What K rays saw, to learn from.
+
+    spot    (K,) the point's row
+    place   (K,) its group * SIDE^2 + the cell of the direction
+    light   (K,) W/m^2, RGB sum, that a ray which follows the cosine alone would bring from there; zero if blocked
+    weight  (K,) density of the cosine over that with which both kinds of rays together were sent there
+    whole   (K,) the same with that of the cosine and of aiming
+    """
+
+    spot: np.ndarray
+    place: np.ndarray
+    light: np.ndarray
+    weight: np.ndarray
+    whole: np.ndarray
+
+
 class DirectionSums:
     """What rays have found so far in each of the cells of G groups, apart for two halves of their points.
 
@@ -102,17 +122,29 @@ class DirectionSums:
     def __init__(self, groups: int):
         self._found, self._sought, self._moment = np.zeros((3, 2, groups, SIDE * SIDE), np.float32)
 
-    def add(self, groups: slice, half: np.ndarray, place: np.ndarray, light: np.ndarray, weight, whole) -> None:
-        """K rays more: which ``half`` (K,), the ``place`` (K,) group * SIDE^2 + cell, M, and c and a + c over the
-        density with which the rays were chosen."""
+    def add(self, groups: slice, sightings: Sequence[Sightings], scale: np.ndarray) -> None:
+        """What rays from the points of some ``groups`` saw, whose light is to be multiplied by ``scale`` (K,)."""
         shape = self._found[:, groups].shape
-        size = shape[0] * shape[1] * shape[2]
-        place = half * (size // 2) + place
-        self._sought[:, groups] += np.bincount(place, weight, size).reshape(shape)
-        lit = np.flatnonzero(light)
-        place, square = place[lit], light[lit] ** 2
-        for sums, share in ((self._found, weight), (self._moment, whole)):
-            sums[:, groups] += np.bincount(place, square * share[lit], size).reshape(shape)
+        sums = np.zeros((3, 2, shape[1] * shape[2]))
+        compiled = kernels(saving=0.0)
+        for seen in sightings:
+            if compiled is not None:
+                rays = seen.spot, seen.place, seen.light, seen.weight, seen.whole
+                compiled.count_sightings(*rays, scale, *sums)
+                continue
+            place, square = seen.spot % 2 * sums.shape[2] + seen.place, (seen.light * scale[seen.spot]) ** 2
+            lit = np.flatnonzero(square)
+            sums[1] += np.bincount(place, seen.weight, sums[1].size).reshape(sums[1].shape)
+            place, square = place[lit], square[lit]
+            for part, share in ((sums[0], seen.weight), (sums[2], seen.whole)):
+                part += np.bincount(place, square * share[lit], part.size).reshape(part.shape)
+        for total, part in zip(self.sums, sums, strict=True):
+            total[:, groups] += part.reshape(shape)
+
+    @property
+    def sums(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The estimates of the three integrals."""
+        return self._found, self._sought, self._moment
 
     def guide(self) -> DirectionGuide:
         """The guide that follows: aims as far as each half of the points says is good for the other."""

@@ -70,7 +70,7 @@ class LampLight:
         light = np.zeros((len(spot), 3))
         if found:
             arriving = arriving[:found]
-            blocked = self._shadows.block(near[:found], towards[:found], reach[:found], arriving)
+            blocked = self._shadows.block(compiled, near[:found], towards[:found], reach[:found], arriving)
             compiled.arrived(blocked, arriving, sample[:found], 1.0 / count, light)
         return light
 

@@ -27,6 +27,9 @@ class EmissiveTriangles:
     radiance  (T, 3) W/(m^2 sr), RGB; negative takes light away
     rows      (T,) which of the scene's triangles they are, ascending; without it the first T
 
+    Attributes ``normals`` (T, 3) and ``areas`` (T,) m^2 of the triangles, and ``shares`` (T,), the running sum of their
+    strongest channels times their areas.
+
     Raises InvalidArrayError on other shapes, no triangle, non-finite values, or rows that do not ascend.
     """
 
@@ -36,9 +39,9 @@ class EmissiveTriangles:
     sharp: ClassVar[bool] = False
     aimed: ClassVar[bool] = True
     distant: ClassVar[bool] = False
-    _normals: np.ndarray = field(init=False, repr=False)
-    _areas: np.ndarray = field(init=False, repr=False)
-    _shares: np.ndarray = field(init=False, repr=False)
+    normals: np.ndarray = field(init=False, repr=False)
+    areas: np.ndarray = field(init=False, repr=False)
+    shares: np.ndarray = field(init=False, repr=False)
 
     def __post_init__(self):
         shape = np.shape(self.corners)
@@ -56,15 +59,15 @@ class EmissiveTriangles:
             ("corners", corners),
             ("radiance", radiance),
             ("rows", rows),
-            ("_normals", normals),
-            ("_areas", areas),
-            ("_shares", shares),
+            ("normals", normals),
+            ("areas", areas),
+            ("shares", shares),
         ):
             object.__setattr__(self, name, value)
 
     def flux(self, bounds: Bounds) -> np.ndarray:
         """Radiant flux (3,) in W of both sides: 2 pi times the sum of radiance times area."""
-        return 2.0 * np.pi * (self._areas @ self.radiance)
+        return 2.0 * np.pi * (self.areas @ self.radiance)
 
     def shadow_rays(self, points: np.ndarray, uniforms: np.ndarray) -> ShadowRays:
         """To a place uniform on a triangle, chosen in proportion to its strongest channel times its area."""
@@ -87,12 +90,12 @@ class EmissiveTriangles:
 
     def _seen(self, chosen, directions, distances) -> tuple[np.ndarray, np.ndarray]:
         """Radiance and density per steradian: that per area, strength / total, times r^2 / cos; 0 and 1 if edge-on."""
-        cosine = np.abs(np.einsum("pi,pi->p", self._normals[chosen], directions))
+        cosine = np.abs(np.einsum("pi,pi->p", self.normals[chosen], directions))
         radiance = self.radiance[chosen]
         strength = np.abs(radiance).max(axis=1)
-        lit = (cosine > _EDGE_ON) & (distances > CLOSEST) & (strength > 0.0) & (self._areas[chosen] > 0.0)
+        lit = (cosine > _EDGE_ON) & (distances > CLOSEST) & (strength > 0.0) & (self.areas[chosen] > 0.0)
         density = np.ones(len(cosine))
-        np.divide(strength * distances**2, cosine * self._shares[-1], out=density, where=lit)
+        np.divide(strength * distances**2, cosine * self.shares[-1], out=density, where=lit)
         return np.where(lit[:, None], radiance, 0.0), density
 
     def emit(self, uniforms: np.ndarray, bounds: Bounds) -> Particles:
@@ -103,14 +106,14 @@ class EmissiveTriangles:
         chosen, origins = self._places(uniforms)
         back = uniforms[:, 2] >= 0.5
         about = np.stack([2.0 * uniforms[:, 2] - back, uniforms[:, 3]], axis=1)
-        directions = cosine_hemisphere(np.where(back[:, None], -1.0, 1.0) * self._normals[chosen], about)
+        directions = cosine_hemisphere(np.where(back[:, None], -1.0, 1.0) * self.normals[chosen], about)
         radiance = self.radiance[chosen]
         strength = np.abs(radiance).max(axis=1, keepdims=True)
         colour = np.divide(radiance, strength, out=np.zeros_like(radiance), where=strength > 0.0)
-        return Particles(origins, directions, colour * (2.0 * np.pi * self._shares[-1] / len(uniforms)))
+        return Particles(origins, directions, colour * (2.0 * np.pi * self.shares[-1] / len(uniforms)))
 
     def _places(self, uniforms: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Triangles (P,) chosen by strength times area, and places (P, 3) uniform on them, by two of ``uniforms``."""
-        chosen, first = choose(self._shares, uniforms[:, 0])
+        chosen, first = choose(self.shares, uniforms[:, 0])
         weights = triangle(np.stack([first, uniforms[:, 1]], axis=1))
         return chosen, np.einsum("pc,pcx->px", weights, self.corners[chosen])

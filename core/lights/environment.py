@@ -27,6 +27,8 @@ class EnvironmentWorld:
     Light travels against that. Raises InvalidArrayError on other shapes or non-finite values. Needs 56 bytes a pixel:
     scale pictures beyond some thousand pixels a side down first.
 
+    Attribute ``strength_sums`` (H * W,): the running sum of the pixels' strongest channels times their solid angles.
+
     Flux enters the box through faces perpendicular to x, y and z; the flux through a unit face from one pixel is its
     radiance times the integral of |w_x|, |w_y| or |w_z| over it, which the rows and columns factor into closed form.
     """
@@ -39,7 +41,7 @@ class EnvironmentWorld:
     _column_factors: np.ndarray = field(init=False, repr=False)
     _shares: np.ndarray = field(init=False, repr=False)
     _through: np.ndarray = field(init=False, repr=False)
-    _strength_sums: np.ndarray = field(init=False, repr=False)
+    strength_sums: np.ndarray = field(init=False, repr=False)
 
     def __post_init__(self):
         shape = np.shape(self.radiance)
@@ -57,14 +59,14 @@ class EnvironmentWorld:
             ("_column_factors", columns),
             ("_shares", shares),
             ("_through", through),
-            ("_strength_sums", strength_sums),
+            ("strength_sums", strength_sums),
         ):
             object.__setattr__(self, name, value)
 
     def shadow_rays(self, points: np.ndarray, uniforms: np.ndarray) -> ShadowRays:
         """Into a pixel chosen in proportion to its strongest channel times its solid angle, uniform within it."""
         width = self.radiance.shape[1]
-        sums = self._strength_sums
+        sums = self.strength_sums
         # First the row by one number, then the column by the other, so that evenly spread numbers stay spread.
         ends = sums[width - 1 :: width]
         row, up = choose(ends, uniforms[:, 1])
@@ -98,7 +100,12 @@ class EnvironmentWorld:
         """Radiance (K, 3) of pixels and the density (K,) per steradian of choosing them."""
         radiance = self.radiance[row, column]
         strength = np.abs(radiance).max(axis=1)
-        return radiance, strength / max(self._strength_sums[-1], np.finfo(float).tiny)
+        return radiance, strength / max(self.strength_sums[-1], np.finfo(float).tiny)
+
+    @property
+    def sines(self) -> np.ndarray:
+        """Sines (H + 1,) of the latitudes of the rows' borders."""
+        return np.sin(_latitudes(len(self.radiance)))
 
     def flux(self, bounds: Bounds) -> np.ndarray:
         """Radiant flux (3,) in W that enters the box."""
@@ -133,9 +140,9 @@ class EnvironmentWorld:
 
     def _within(self, row, column, across, up) -> tuple[np.ndarray, np.ndarray]:
         """Directions of travel (P, 3), uniform in solid angle in the pixels, and the pixels' solid angles (P,)."""
-        height, width = self.radiance.shape[:2]
+        width = self.radiance.shape[1]
         azimuth = 2.0 * np.pi * (0.5 - (column + across) / width)
-        low, high = np.sin(_latitudes(height)[row]), np.sin(_latitudes(height)[row + 1])
+        low, high = self.sines[row], self.sines[row + 1]
         z = low + up * (high - low)
         level = np.sqrt(np.maximum(1.0 - z * z, 0.0))
         towards = np.stack([level * np.cos(azimuth), level * np.sin(azimuth), z], axis=1)

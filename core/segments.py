@@ -34,8 +34,13 @@ class Segments:
 
     def taken(self, rows) -> Segments:
         """The segments of the given rows (index array, slice or mask)."""
-        particle = None if self.particle is None else self.particle[rows]
-        return Segments(self.origins[rows], self.ends[rows], self.flux[rows], self.bounce[rows], particle)
+        arrays = self.origins, self.ends, self.flux, self.bounce, self.particle
+        if isinstance(rows, slice):
+            return Segments(*(None if array is None else array[rows] for array in arrays))
+        rows = np.asarray(rows)
+        # Rows of three numbers are fetched several times faster so than by array[rows].
+        rows = np.flatnonzero(rows) if rows.dtype == bool else rows
+        return Segments(*(None if array is None else array.take(rows, axis=0) for array in arrays))
 
     def spread(self, count: int) -> Segments:
         """``count`` of them, at most all, evenly from the first to the last: those of one light follow each other."""

@@ -14,7 +14,7 @@ ABSORBED, REFLECTED, PASSED, MIRRORED, REFRACTED = range(5)  # as in photons/bou
 DARK = (0.0, 0.0, 0.0)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", inline="always")
 def _write(array, row, vector):
     for axis in range(3):
         array[row, axis] = vector[axis]
@@ -50,7 +50,7 @@ def _roulette(flux, albedo, through, mirrored, refracted, choice):
     return ABSORBED, DARK
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", inline="always")
 def _sent_on(at, u, v, surfaces, specular, direction, flux, choice, facets, row):
     """The fate of a particle where light may pass or be turned, its flux and direction after it, and the next ``row``.
 
@@ -70,7 +70,7 @@ def _sent_on(at, u, v, surfaces, specular, direction, flux, choice, facets, row)
     return fate, flux, direction, row + 1
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", inline="always")
 def _begun(origins, path, ends, direction, flux, start, row):
     """Let a particle shine from ``start`` on; one that is blocked before loses its flux, and its start becomes -1."""
     origin, end = row_of(origins, path), row_of(ends, path)
@@ -114,6 +114,7 @@ def bounce(hits, paths, begin, going, start, surfaces, specular, uniforms, lengt
     edged, normals, albedo, transmittance, _ = surfaces
     reach_behind, grazing, lift = lengths
     centre, radius, middle, scale = spaces
+    chances, facets = uniforms
     met = glossy = 0
     alive = begin + len(triangle)
     for row in range(len(triangle)):
@@ -135,10 +136,10 @@ def bounce(hits, paths, begin, going, start, surfaces, specular, uniforms, lengt
         _write(ends, path, plus(point, reach_behind / max(abs(along), grazing), direction))
         if len(start):
             _begun(origins, path, ends, direction, fluxes, start, row)
-        flux, choice = row_of(fluxes, path), uniforms[0][met, 0]
+        flux, choice = row_of(fluxes, path), chances[met, 0]
         if len(transmittance):
             fate, flux, direction, glossy = _sent_on(
-                at, u, v, surfaces, specular, direction, flux, choice, uniforms[1], glossy
+                at, u, v, surfaces, specular, direction, flux, choice, facets, glossy
             )
         else:
             fate, flux = _roulette(flux, row_of(albedo, at), DARK, DARK, DARK, choice)
@@ -152,8 +153,8 @@ def bounce(hits, paths, begin, going, start, surfaces, specular, uniforms, lengt
         side = math.copysign(lift, dot(normal, direction))
         if fate == REFLECTED:
             side = -side
-            direction = over_hemisphere(times(math.copysign(1.0, side), normal), uniforms[0][met - 1, 1],
-                                        uniforms[0][met - 1, 2])  # fmt: skip
+            direction = over_hemisphere(times(math.copysign(1.0, side), normal), chances[met - 1, 1],
+                                        chances[met - 1, 2])  # fmt: skip
         onward = alive - begin - len(triangle)
         origin = plus(point, side, normal)
         _write(origins, alive, origin)

@@ -1,6 +1,8 @@
 """All compiled functions. Importing this module imports Numba: only :func:`..compiled.kernels` does."""
 
 from .bounces import bounce
+from .directions import discs, hemispheres, set_crosswise, turned_around
+from .emission import draw, leave_sky, leave_triangles
 from .grid_build import LANES, SIDES, count, distances, empty_boxes, fill, lay_out
 from .grid_walk import crossings, order_by_end
 from .hits import hit_points
@@ -24,12 +26,17 @@ __all__ = [
     "count_sightings",
     "crossings",
     "cut_beyond",
+    "discs",
     "distances",
+    "draw",
     "empty_boxes",
     "fill",
+    "hemispheres",
     "hit_points",
     "lamp_strengths",
     "lay_out",
+    "leave_sky",
+    "leave_triangles",
     "let_through",
     "look_by_chance",
     "order_by_end",
@@ -37,7 +44,9 @@ __all__ = [
     "picture_met",
     "repeated_products",
     "sector",
+    "set_crosswise",
     "triangles_met",
+    "turned_around",
     "weigh_aimed",
     "weigh_met",
 ]

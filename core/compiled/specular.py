@@ -11,7 +11,7 @@ from .vectors import dot, full_turn, over_hemisphere, plus, times, unit, within_
 LEAST_COSINE = 1e-9  # as in photons/specular.py
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", inline="always")
 def _shading(normals, row, u, v, flat):
     """The unit shading normal at barycentric u, v of the specular triangle, or its geometric one ``flat``.
 
@@ -55,7 +55,7 @@ def _fresnel(cosine, ratio):
     return 0.5 * (across * across + along * along), beyond
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", inline="always")
 def facet(specular, row, u, v, normal, direction, first, second):
     """How light meets the surface: reflectance, and (flat, smooth, facet, cosine, ratio, beyond) for :func:`turned`.
 
@@ -75,7 +75,7 @@ def facet(specular, row, u, v, normal, direction, first, second):
     return reflectance, (flat, smooth, micro, cosine, ratio, beyond)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", inline="always")
 def shares(colours, row, reflectance):
     """What is mirrored and what is refracted, RGB each."""
     mirrored = (
@@ -86,7 +86,7 @@ def shares(colours, row, reflectance):
     return mirrored, times(1.0 - reflectance, (colours[row, 6], colours[row, 7], colours[row, 8]))
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", inline="always")
 def turned(met, mirrored, direction, alpha, uniforms, row):
     """The direction of what is ``mirrored``, or else refracted; ``met`` as from :func:`facet`.
 

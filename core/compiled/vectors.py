@@ -1,4 +1,7 @@
-"""Vectors as tuples of three numbers, and the mappings of core/sampling.py for one of them; all inlined by LLVM."""
+"""Vectors as tuples of three numbers, and the mappings of core/sampling.py for one of them.
+
+What takes arrays is inlined by Numba, which else would count references to them at every call; LLVM inlines the rest.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,7 @@ _S = tuple((-1.0) ** k / math.factorial(2 * k + 1) for k in range(1, 9))
 _C = tuple((-1.0) ** k / math.factorial(2 * k) for k in range(1, 9))
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", inline="always")
 def row_of(array, row):
     """Row ``row`` of an array (K, 3)."""
     return array[row, 0], array[row, 1], array[row, 2]
@@ -96,7 +99,8 @@ def in_disc(first, second):
 def over_hemisphere(normal, first, second):
     """sampling.cosine_hemisphere: a direction about the unit ``normal`` for two uniform numbers."""
     x, y = in_disc(first, second)
-    return within_frame(normal, x, y, math.sqrt(max(1.0 - x * x - y * y, 0.0)))
+    radius = max(abs(2.0 * first - 1.0), abs(2.0 * second - 1.0))
+    return within_frame(normal, x, y, math.sqrt((1.0 - radius) * (1.0 + radius)))
 
 
 @njit(error_model="numpy")

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..bounds import Bounds
 from ..checks import float_rows, index_rows
+from ..compiled import kernels
 from ..errors import InvalidArrayError
 from ..sampling import choose, cosine_hemisphere, triangle
 from ..triangles import normals_and_areas
@@ -42,6 +43,7 @@ class EmissiveTriangles:
     normals: np.ndarray = field(init=False, repr=False)
     areas: np.ndarray = field(init=False, repr=False)
     shares: np.ndarray = field(init=False, repr=False)
+    _colours: np.ndarray = field(init=False, repr=False)
 
     def __post_init__(self):
         shape = np.shape(self.corners)
@@ -54,7 +56,8 @@ class EmissiveTriangles:
         if (np.diff(rows) <= 0).any():
             raise InvalidArrayError("The rows of emissive triangles must ascend.")
         normals, areas = normals_and_areas(corners)
-        shares = np.cumsum(np.abs(radiance).max(axis=1, initial=0.0) * areas)
+        strength = np.abs(radiance).max(axis=1, initial=0.0)
+        shares = np.cumsum(strength * areas)
         for name, value in (
             ("corners", corners),
             ("radiance", radiance),
@@ -62,6 +65,7 @@ class EmissiveTriangles:
             ("normals", normals),
             ("areas", areas),
             ("shares", shares),
+            ("_colours", radiance / np.where(strength > 0.0, strength, 1.0)[:, None]),
         ):
             object.__setattr__(self, name, value)
 
@@ -103,17 +107,20 @@ class EmissiveTriangles:
 
         The origins lie on the triangles themselves, to rounding.
         """
+        flux = 2.0 * np.pi * self.shares[-1] / len(uniforms)
+        if (compiled := kernels(saving=0.0)) is not None:
+            left = Particles(*(np.empty((len(uniforms), 3)) for _ in range(3)))
+            tables = self.shares[None], self.corners, self.normals, self._colours
+            compiled.leave_triangles(*tables, flux, uniforms, left.origins, left.directions, left.flux)
+            return left
         chosen, origins = self._places(uniforms)
         back = uniforms[:, 2] >= 0.5
         about = np.stack([2.0 * uniforms[:, 2] - back, uniforms[:, 3]], axis=1)
-        directions = cosine_hemisphere(np.where(back[:, None], -1.0, 1.0) * self.normals[chosen], about)
-        radiance = self.radiance[chosen]
-        strength = np.abs(radiance).max(axis=1, keepdims=True)
-        colour = np.divide(radiance, strength, out=np.zeros_like(radiance), where=strength > 0.0)
-        return Particles(origins, directions, colour * (2.0 * np.pi * self.shares[-1] / len(uniforms)))
+        normals = np.where(back, -1.0, 1.0)[:, None] * self.normals.take(chosen, axis=0)
+        return Particles(origins, cosine_hemisphere(normals, about), flux * self._colours.take(chosen, axis=0))
 
     def _places(self, uniforms: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Triangles (P,) chosen by strength times area, and places (P, 3) uniform on them, by two of ``uniforms``."""
         chosen, first = choose(self.shares, uniforms[:, 0])
         weights = triangle(np.stack([first, uniforms[:, 1]], axis=1))
-        return chosen, np.einsum("pc,pcx->px", weights, self.corners[chosen])
+        return chosen, np.einsum("pc,pcx->px", weights, self.corners.take(chosen, axis=0))

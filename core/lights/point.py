@@ -8,6 +8,7 @@ import numpy as np
 
 from ..bounds import Bounds
 from ..checks import number_within, vector
+from ..compiled import kernels
 from ..sampling import disc, frames, sphere
 from .aim import SMALLEST_RADIUS, rays_to_ball, rays_to_point
 from .light import Particles, ShadowRays
@@ -54,21 +55,25 @@ class PointLight:
     def emit(self, uniforms: np.ndarray, bounds: Bounds) -> Particles:
         """Particles of equal flux; uniforms (P, 4): direction 2, origin 2."""
         directions = sphere(uniforms[:, :2])
-        aside = self.radius * crosswise(directions, uniforms[:, 2:])
+        aside = crosswise(directions, self.radius, uniforms[:, 2:])
         start = soft_start(aside, self.radius) if self.soft else None
         flux = np.tile(self.power / len(uniforms), (len(uniforms), 1))
         return Particles(self.position + aside, directions, flux, start)
 
 
-def crosswise(directions: np.ndarray, uniforms: np.ndarray) -> np.ndarray:
-    """Points (P, 3) uniform in the unit disc perpendicular to each of ``directions`` (P, 3); uniforms (P, 2).
+def crosswise(directions: np.ndarray, radius: float, uniforms: np.ndarray) -> np.ndarray:
+    """Points (P, 3) uniform in discs of that ``radius`` perpendicular to ``directions`` (P, 3), by uniforms (P, 2).
 
     A uniformly radiant sphere sends the same flux along all lines of one direction that meet it, which are
     those through its disc perpendicular to them. Starting on that disc through the centre instead of on the sphere
     makes no difference outside.
     """
+    if (compiled := kernels(saving=0.0)) is not None:
+        aside = np.empty_like(directions)
+        compiled.set_crosswise(directions, uniforms, radius, aside)
+        return aside
     first, second = frames(directions)
-    flat = disc(uniforms)
+    flat = radius * disc(uniforms)
     return flat[:, :1] * first + flat[:, 1:] * second
 
 

@@ -82,7 +82,7 @@ class SpotLight:
     def emit(self, uniforms: np.ndarray, bounds: Bounds) -> Particles:
         """Particles, of equal flux when the cone is round; uniforms (P, 4): direction 2, origin 2."""
         directions, stretch = self._directions(uniforms[:, :2])
-        aside = self.radius * crosswise(directions, uniforms[:, 2:])
+        aside = crosswise(directions, self.radius, uniforms[:, 2:])
         start = soft_start(aside, self.radius) if self.soft else None
         flux = stretch[:, None] * (self._round_flux / len(uniforms))
         return Particles(self.position + aside, directions, flux, start)

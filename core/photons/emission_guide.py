@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from ..compiled import kernels
 from ..lights.light import EMISSION_DIMENSIONS
 
 
@@ -59,19 +60,30 @@ class EmissionGuide:
         In a box the first of the uniform numbers is stratified and ascends: bright places gain, and tables are looked
         up in order.
         """
-        steps = (np.arange(particles) + generator.random()) / particles
-        box = np.searchsorted(np.cumsum(self.chance)[:-1], steps, side="right")
+        sums, offset = np.cumsum(self.chance), generator.random()
         uniforms = generator.random((particles, EMISSION_DIMENSIONS))
-        count = np.bincount(box, minlength=len(self.light))
-        rank = np.arange(particles) - (np.cumsum(count) - count).take(box)
-        uniforms[:, 0] = (rank + uniforms[:, 0]) / count.take(box)
-        lower = self.lower.take(box, axis=0)
-        # Doubly rounded, a number just below one could reach the box's upper end.
-        uniforms = np.minimum(lower + uniforms * (self.upper.take(box, axis=0) - lower), _BELOW_ONE)
+        if (compiled := kernels(saving=0.0)) is not None:
+            box = np.empty(particles, np.int64)
+            compiled.draw(sums, offset, self.lower, self.upper, uniforms, box)
+        else:
+            box, uniforms = self._drawn(sums, offset, uniforms)
         density = self.chance / self.natural
         shares = np.bincount(self.light, self.natural)
         weight = 1.0 / (particles * shares[self.light] * density)
-        return Draws(self.light[box], uniforms, weight[box], density[box])
+        return Draws(self.light.take(box), uniforms, weight.take(box), density.take(box))
+
+    def _drawn(self, sums: np.ndarray, offset: float, uniforms: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The particles' boxes (P,), whose running ``sums`` (B,) these are, and uniform numbers (P, 4) within them."""
+        particles = len(uniforms)
+        box = np.searchsorted(sums[:-1], (np.arange(particles) + offset) / particles, side="right")
+        count = np.bincount(box, minlength=len(self.light))
+        rank = np.arange(particles) - (np.cumsum(count) - count).take(box)
+        uniforms[:, 0] = (rank + uniforms[:, 0]) / count.take(box)
+        if not self.lower.any() and (self.upper == 1.0).all():
+            return box, np.minimum(uniforms, _BELOW_ONE, out=uniforms)
+        lower = self.lower.take(box, axis=0)
+        # Doubly rounded, a number just below one could reach the box's upper end.
+        return box, np.minimum(lower + uniforms * (self.upper.take(box, axis=0) - lower), _BELOW_ONE)
 
 
 #: The largest float64 below one.

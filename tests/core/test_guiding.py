@@ -173,7 +173,7 @@ def test_the_guide_does_not_depend_on_the_number_of_threads(monkeypatch):
 
 def test_held_crossings_are_bounded(monkeypatch):
     setting = Setting(*hut())
-    monkeypatch.setattr(guiding, "MOST_HELD", 300)
+    monkeypatch.setattr(guiding, "MOST_HELD", 1000)
     guide = setting.learnt()
     assert len(guide.light) > 2
     assert guide.chance.sum() == pytest.approx(1)

@@ -1,0 +1,145 @@
+"""Particles leaving lights, one after another: photons/emission_guide.py and the lights' `emit`."""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from .vectors import full_turn, over_hemisphere, row_of, times
+
+BELOW_ONE = 1.0 - 2.0**-53
+
+
+@njit(error_model="numpy", inline="always")
+def _choose(sums, line, uniform, before):
+    """sampling.choose by the running sums in that ``line`` of (L, K): row and what is left of the uniform number.
+
+    The search begins at the row chosen ``before``, since numbers mostly ascend.
+    """
+    value = uniform * sums[line, -1]
+    low, high, step = 0, sums.shape[1], 1
+    if sums[line, before] <= value:
+        low = before + 1
+        while low + step <= high and sums[line, low + step - 1] <= value:
+            low += step
+            step *= 2
+        high = min(low + step, high)
+    else:
+        high = before
+        while step <= high and sums[line, high - step] > value:
+            high -= step
+            step *= 2
+        low = max(high - step, 0)
+    while low < high:
+        middle = (low + high) // 2
+        if sums[line, middle] <= value:
+            low = middle + 1
+        else:
+            high = middle
+    # Rounding up to the whole sum must not lead to a row without weight.
+    low = min(low, sums.shape[1] - 1)
+    while low > 0 and sums[line, low - 1] == sums[line, -1]:
+        low -= 1
+    start = sums[line, low - 1] if low > 0 else 0.0
+    whole = sums[line, low] - start
+    return low, min(max((value - start) / whole, 0.0), BELOW_ONE) if whole > 0.0 else 0.0
+
+
+@njit(
+    "void(f8[::1], f8, f8[:,::1], f8[:,::1], f8[:,::1], i8[::1])",
+    nogil=True,
+    cache=True,
+    error_model="numpy",
+)
+def draw(sums, offset, lower, upper, uniforms, box):
+    """Choose P particles' ``box`` (P,) of B by systematic sampling and bring their ``uniforms`` (P, 4) into it.
+
+    sums          (B,) running sums of the boxes' probabilities
+    offset        the uniform number of the sampling
+    lower, upper  (B, 4) the boxes' corners
+    """
+    particles, last, end, at = len(box), len(sums) - 1, 0, 0
+    while end < particles:
+        row = end
+        while at < last and sums[at] <= (row + offset) / particles:
+            at += 1
+        while end < particles and (at == last or (end + offset) / particles < sums[at]):
+            end += 1
+        for each in range(row, end):
+            box[each] = at
+            uniforms[each, 0] = (each - row + uniforms[each, 0]) / (end - row)
+            for axis in range(4):
+                low = lower[at, axis]
+                uniforms[each, axis] = min(low + uniforms[each, axis] * (upper[at, axis] - low), BELOW_ONE)
+
+
+@njit(
+    "void(f8[:,::1], Array(f8, 3, 'C', True), f8[:,::1], f8[:,::1], f8, f8[:,:], f8[:,::1], f8[:,::1], f8[:,::1])",
+    nogil=True,
+    cache=True,
+    error_model="numpy",
+)
+def leave_triangles(sums, corners, normals, colours, flux, uniforms, origins, directions, fluxes):
+    """EmissiveTriangles.emit: P particles of ``colours`` (T, 3) times ``flux``, by ``uniforms`` (P, 4).
+
+    sums              (1, T) running sums of the triangles' weights
+    corners, normals  (T, 3, 3), (T, 3)
+    """
+    at = 0
+    for row in range(len(uniforms)):
+        at, rest = _choose(sums, 0, uniforms[row, 0], at)
+        root = math.sqrt(rest)
+        second = root * uniforms[row, 1]
+        back = uniforms[row, 2] >= 0.5
+        normal = times(-1.0 if back else 1.0, row_of(normals, at))
+        direction = over_hemisphere(normal, 2.0 * uniforms[row, 2] - (1.0 if back else 0.0), uniforms[row, 3])
+        for axis in range(3):
+            origins[row, axis] = (
+                (1.0 - root) * corners[at, 0, axis]
+                + (root - second) * corners[at, 1, axis]
+                + second * corners[at, 2, axis]
+            )
+            directions[row, axis] = direction[axis]
+            fluxes[row, axis] = colours[at, axis] * flux
+
+
+@njit(
+    "void(f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], Array(f8, 3, 'C', True), f8[::1], f8[:,::1], f8,"
+    " f8[:,:], f8[:,::1], f8[:,::1], f8[:,::1])",
+    nogil=True,
+    cache=True,
+    error_model="numpy",
+)
+def leave_sky(power, sums, rows, columns, radiance, sines, ends, flux, uniforms, origins, directions, fluxes):
+    """EnvironmentWorld.emit: P particles that stand for ``flux`` each, by ``uniforms`` (P, 4).
+
+    power     (1, 3) running sums of what enters through faces perpendicular to each axis
+    sums      (3, H W) running sums of the pixels' weights for each axis
+    rows, columns, radiance   (3, H), (3, W), (H, W, 3) the pixels' factors of their weights, and their radiance
+    sines     (H + 1,) of the latitudes of the rows' borders
+    ends      (2, 3) lower and upper corner of the box
+    """
+    width, axis, found = radiance.shape[1], 0, [0, 0, 0]
+    for number in range(len(uniforms)):
+        axis, rest = _choose(power, 0, uniforms[number, 0], axis)
+        pixel, rest = _choose(sums, axis, rest, found[axis])
+        found[axis] = pixel
+        row, column = pixel // width, pixel % width
+        high = sines[row + 1] - sines[row]
+        z = sines[row] + uniforms[number, 1] * high
+        level = math.sqrt(max(1.0 - z * z, 0.0))
+        x, y = full_turn(0.5 - (column + rest) / width)
+        direction = -level * x, -level * y, -z
+        along = direction[axis]
+        strength = 0.0
+        for channel in range(3):
+            strength = max(strength, abs(radiance[row, column, channel]))
+        mean = rows[axis, row] * columns[axis, column] / ((2.0 * math.pi / width) * high)
+        scale = abs(along) / mean / strength * flux if strength > 0.0 else 0.0
+        for channel in range(3):
+            directions[number, channel] = direction[channel]
+            fluxes[number, channel] = radiance[row, column, channel] * scale
+            way = (channel - axis) % 3
+            share = (1.0 if along < 0.0 else 0.0) if way == 0 else uniforms[number, 1 + way]
+            origins[number, channel] = (1.0 - share) * ends[0, channel] + share * ends[1, channel]

@@ -11,6 +11,7 @@ from .vectors import dot, over_hemisphere, plus, row_of, times
 
 TINY = 2.2250738585072014e-308
 ABSORBED, REFLECTED, PASSED, MIRRORED, REFRACTED = range(5)  # as in photons/bounces.py
+OPAQUE = -2  # as there
 DARK = (0.0, 0.0, 0.0)
 
 
@@ -28,6 +29,14 @@ def _largest(rgb):
 @njit(error_model="numpy")
 def _shaded(rgb, share):
     return rgb[0] * share[0], rgb[1] * share[1], rgb[2] * share[2]
+
+
+@njit(error_model="numpy")
+def _reflected(flux, albedo, choice):
+    """The fate on a surface that only reflects diffusely, and the flux that goes on."""
+    going = _shaded(flux, albedo)
+    chance = min(_largest(going) / max(_largest(flux), TINY), 1.0)
+    return (REFLECTED if choice < chance else ABSORBED), times(1.0 / max(chance, TINY), going)
 
 
 @njit(error_model="numpy")
@@ -56,8 +65,8 @@ def _sent_on(at, u, v, surfaces, specular, direction, flux, choice, facets, row)
 
     ``row`` of facets (K, 5), uniform numbers, is used if the triangle ``at`` is specular.
     """
-    _, normals, albedo, transmittance, special = surfaces
-    own = special[at] if len(special) else -1
+    _, normals, albedo, transmittance, kinds = surfaces
+    own = kinds[at]
     if own < 0:
         fate, flux = _roulette(flux, row_of(albedo, at), row_of(transmittance, at), DARK, DARK, choice)
         return fate, flux, direction, row
@@ -100,8 +109,8 @@ def bounce(hits, paths, begin, going, start, surfaces, specular, uniforms, lengt
     going      directions (R, 3), how many surfaces each passed straight (R,), and origins and directions (R, 3) for
                Embree; the first K rows are overwritten with the next
     start      (R,) distances from where the particles shine, or none; -1 is written for those that are blocked before
-    surfaces   edged as in core/compiled/hits.py, normals, albedo, transmittance of the triangles, and their rows among
-               the specular ones, -1 for none; without all of that the last two are empty
+    surfaces   edged as in core/compiled/hits.py, normals, albedo, transmittance and kinds of the triangles, the last
+               two empty if all only reflect, see photons/bounces.py
     specular   as in core/compiled/specular.py
     uniforms   (H, 3) for each particle that met something, and (F, 5) for each that met something specular
     lengths    how far segments reach behind their hit along the normal, the least cosine, and the lift of origins
@@ -111,7 +120,7 @@ def bounce(hits, paths, begin, going, start, surfaces, specular, uniforms, lengt
     triangle, us, vs = hits
     origins, ends, fluxes, bounces, particle = paths
     directions, passages, near, towards = going
-    edged, normals, albedo, transmittance, _ = surfaces
+    edged, normals, albedo, _, kinds = surfaces
     reach_behind, grazing, lift = lengths
     centre, radius, middle, scale = spaces
     chances, facets = uniforms
@@ -137,12 +146,12 @@ def bounce(hits, paths, begin, going, start, surfaces, specular, uniforms, lengt
         if len(start):
             _begun(origins, path, ends, direction, fluxes, start, row)
         flux, choice = row_of(fluxes, path), chances[met, 0]
-        if len(transmittance):
+        if len(kinds) and kinds[at] != OPAQUE:
             fate, flux, direction, glossy = _sent_on(
                 at, u, v, surfaces, specular, direction, flux, choice, facets, glossy
             )
         else:
-            fate, flux = _roulette(flux, row_of(albedo, at), DARK, DARK, DARK, choice)
+            fate, flux = _reflected(flux, row_of(albedo, at), choice)
         met += 1
         if fate == ABSORBED:
             continue

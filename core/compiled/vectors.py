@@ -74,25 +74,21 @@ def full_turn(share):
     """Cosine and sine of a share, -1..1, of a full turn."""
     quarter = math.floor(4.0 * share + 0.5)
     sine, cosine = sine_and_cosine(2.0 * math.pi * (share - 0.25 * quarter))
+    # Without branches, which chance would make expensive.
     quarter = int(quarter) & 3
-    if quarter == 0:
-        return cosine, sine
-    if quarter == 1:
-        return -sine, cosine
-    if quarter == 2:
-        return -cosine, -sine
-    return sine, -cosine
+    x, y = (sine, cosine) if quarter & 1 else (cosine, sine)
+    return (-x if quarter == 1 or quarter == 2 else x), (-y if quarter >= 2 else y)
 
 
 @njit(error_model="numpy")
 def in_disc(first, second):
     """sampling.disc: the point x, y of the unit disc for two uniform numbers."""
     p, q = 2.0 * first - 1.0, 2.0 * second - 1.0
-    if abs(p) > abs(q):
-        sine, cosine = sine_and_cosine(0.25 * math.pi * (q / p))
-        return p * cosine, p * sine
-    sine, cosine = sine_and_cosine(0.25 * math.pi * (p / (q if q != 0.0 else 1.0)))
-    return q * sine, q * cosine
+    wide = abs(p) > abs(q)
+    radius, other = (p, q) if wide else (q, p)
+    sine, cosine = sine_and_cosine(0.25 * math.pi * (other / (radius if radius != 0.0 else 1.0)))
+    along, across = radius * cosine, radius * sine
+    return (along, across) if wide else (across, along)
 
 
 @njit(error_model="numpy")

@@ -49,11 +49,9 @@ class CompiledBounces:
         bounces, caster = self.bounces, self.bounces.caster
         nothing = np.empty((0, 3))
         transmittance = nothing if bounces.transmittance is None else bounces.transmittance
-        rows, tables = np.empty(0, np.int64), (nothing,) * 3
-        if bounces.specular is not None:
-            rows, tables = bounces.specular.row, bounces.specular.tables
+        tables = (nothing,) * 3 if bounces.specular is None else bounces.specular.tables
         return (
-            (caster.edged, caster.normals, bounces.albedo, transmittance, rows),
+            (caster.edged, caster.normals, bounces.albedo, transmittance, bounces.kinds),
             tables,
             (REACH_BEHIND * caster.tolerance, GRAZING_COSINE, caster.tolerance),
             (bounces.bounds.centre, bounces.bounds.radius, caster.centre, caster.scale),
@@ -65,7 +63,7 @@ class CompiledBounces:
         uniforms = generator.random((met, HIT_DIMENSIONS))
         if self.bounces.specular is None:
             return uniforms, np.empty((0, FACET_DIMENSIONS))
-        glossy = np.count_nonzero(self.bounces.specular.row.take(triangle[triangle >= 0]) >= 0)
+        glossy = np.count_nonzero(self.bounces.kinds.take(triangle[triangle >= 0]) >= 0)
         return uniforms, generator.random((glossy, FACET_DIMENSIONS))
 
     def _kept(self, segments: Segments, sent: int, start: np.ndarray) -> Segments:

@@ -72,7 +72,9 @@ class DirectLight:
         self._surroundings = SurroundingLight(surroundings, self._shadows, reach, RAYS_PER_ROUND)
         self._groups = PointGroups.of(points, normals)
         self._points, self._normals = points[self._groups.order], normals[self._groups.order]
-        self._exact = np.zeros_like(points)
+        self._place = np.empty_like(self._groups.order)
+        self._place[self._groups.order] = np.arange(len(points))
+        self._exact = np.zeros((3, len(points)))
         # By chosen lamps, and by surroundings before and after it was learnt where their light comes from.
         self._by_lamps, self._before, self._after = (RoundSums.of(len(points)) for _ in range(3))
         self._seen, self._guide = DirectionSums(len(self._groups.start) - 1), None
@@ -91,17 +93,19 @@ class DirectLight:
     @property
     def irradiance(self) -> Irradiance:
         """What has been found so far."""
-        first = self._first_share(self._relative_light())[:, None]
+        first = self._first_share(self._relative_light())
         value = self._exact + self._by_lamps.mean + first * self._before.mean + (1.0 - first) * self._after.mean
         squared = np.zeros_like(value)
-        parts = [(self._lamps, self._by_lamps, 1.0), (self._surroundings, self._before, first)]
-        for kind, sums, share in [*parts, (self._surroundings, self._after, 1.0 - first)]:
-            if kind.rays_per_round:
-                with np.errstate(invalid="ignore"):
-                    squared += np.where(np.equal(share, 0.0), 0.0, share**2 * sums.squared_error(value, self._groups))
-        result = np.empty((2, *value.shape))
-        result[:, self._groups.order] = value, np.sqrt(squared)
-        return Irradiance(*result)
+        if self._lamps.rays_per_round:
+            squared += self._by_lamps.squared_error(value, self._groups)
+        if self._surroundings.rays_per_round:
+            for sums, share in ((self._before, first), (self._after, 1.0 - first)):
+                if share.any():
+                    with np.errstate(invalid="ignore"):
+                        error = share**2 * sums.squared_error(value, self._groups)
+                    squared += np.where(share == 0.0, 0.0, error)
+        given = (np.ascontiguousarray(part.T).take(self._place, axis=0) for part in (value, np.sqrt(squared)))
+        return Irradiance(*given)
 
     def rounds(self, first: int, last: int, other: np.ndarray | None = None) -> Iterator[float]:
         """Cast the rays of the rounds from ``first`` to before ``last``, yielding the share of them done (0..1).
@@ -143,12 +147,12 @@ class DirectLight:
     def _relative_light(self, other: np.ndarray | None = None, rows: slice = slice(None)) -> np.ndarray:
         """All light (K,) at those ``rows``, RGB sum, by plain means, to which errors are relative."""
         lamps, before, after = (sums.part(rows) for sums in (self._by_lamps, self._before, self._after))
-        value = self._exact[rows] + lamps.mean
-        value += (before.total + after.total) / np.maximum(before.count + after.count, 1)[:, None]
+        value = self._exact[:, rows] + lamps.mean
+        value += (before.total + after.total) / np.maximum(before.count + after.count, 1)
         if other is not None:
-            value += other[rows]
-        np.abs(value, out=value)
-        return value[:, 0] + value[:, 1] + value[:, 2]
+            value += other[rows].T
+        red, green, blue = np.abs(value, out=value)
+        return red + green + blue
 
     def _first_share(self, light: np.ndarray) -> np.ndarray:
         """Share (N,) that the rounds before learning have in the light of surroundings.
@@ -165,11 +169,11 @@ class DirectLight:
         rows = slice(self._groups.start[part.start], self._groups.start[part.stop])
         points, normals = self._points[rows], self._normals[rows]
         if begin == 0:
-            self._exact[rows] = self._sharp.exact(points, normals)
+            self._exact[:, rows] = self._sharp.exact(points, normals).T
         spots = Spots.of(points, normals, self._groups.group[rows] - part.start)
         if self._lamps.rays_per_round:
             generator = self._generator(begin, rows.start, 0)
-            self._lamps.cast(points, normals, plan[0][rows], generator, self._by_lamps.part(rows))
+            self._lamps.cast(points, normals, plan[0][rows], generator, self._by_lamps.part(rows), rows.start)
         if self._surroundings.rays_per_round:
             self._look_around(part, rows, spots, begin, plan[1][rows])
 

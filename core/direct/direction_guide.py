@@ -149,12 +149,14 @@ class DirectionSums:
     def guide(self) -> DirectionGuide:
         """The guide that follows: aims as far as each half of the points says is good for the other."""
         best = np.ones_like(self._found[0])
+        # Of each cell's second moment, the share that rays by chance have in it.
+        by_chance = np.divide(self._found, self._moment, out=np.zeros_like(self._found), where=self._moment > 0)
         least = LEAST_GAIN * self._moment.sum(axis=(0, 2))
         for found, sought in self._views():
             learnt = _density(found[0], sought[0]), _density(found[1], sought[1])
             together = _density(found.sum(axis=0), sought.sum(axis=0))
             for share in DEFENSIVE:
-                moment = self._left(0, _mixed(learnt[1], share)) + self._left(1, _mixed(learnt[0], share))
+                moment = sum(self._left(half, by_chance[half], _mixed(learnt[1 - half], share)) for half in (0, 1))
                 better = moment < least
                 least = np.where(better, moment, least)
                 best[better] = _mixed(together[better], share)
@@ -168,11 +170,12 @@ class DirectionSums:
         yield near
         yield tuple(map(_blurred, near))
 
-    def _left(self, half: int, density: np.ndarray) -> np.ndarray:
+    def _left(self, half: int, by_chance: np.ndarray, density: np.ndarray) -> np.ndarray:
         """What becomes of the second moment (G,) of this half when rays by chance have that ``density``."""
-        found, moment = self._found[half], self._moment[half]
-        by_chance = np.divide(found, moment, out=np.zeros_like(found), where=moment > 0)
-        return (moment / (1.0 + (density - 1.0) * by_chance)).sum(axis=1)
+        left = density - 1.0
+        left *= by_chance
+        left += 1.0
+        return np.divide(self._moment[half], left, out=left).sum(axis=1)
 
 
 def _density(found: np.ndarray, sought: np.ndarray) -> np.ndarray:

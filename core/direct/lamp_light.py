@@ -14,6 +14,9 @@ from .low_discrepancy import scrambled_net
 from .round_sums import RoundSums, batches, net_means
 from .shadows import Shadows
 
+#: Chances of points to choose lamps that are kept from one step to the next, about; each takes 16 bytes.
+MOST_CHANCES = 1 << 22
+
 
 class LampLight:
     """Irradiance from ``lamps``, by ``rays`` (a power of two) in a round to all of them together."""
@@ -21,6 +24,7 @@ class LampLight:
     def __init__(self, lamps: Sequence[Light], shadows: Shadows, rays: int):
         self._lamps, self._shadows, self._rays = lamps, shadows, rays
         self._table = lamp_table(lamps)
+        self._choices: dict[int, LampChoice] = {}
         self.rays_per_round = rays if lamps else 0
 
     def exact(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
@@ -39,9 +43,17 @@ class LampLight:
         rounds: np.ndarray,
         generator: np.random.Generator,
         sums: RoundSums,
+        chunk: int,
     ) -> None:
-        """Add to the ``sums`` of K points what ``rounds`` (K,) rounds of rays from each of them find."""
-        choice = LampChoice(self._lamps, self._table, points, normals)
+        """Add to the ``sums`` of K points what ``rounds`` (K,) rounds of rays from each of them find.
+
+        Points of an equal number ``chunk`` are always the same.
+        """
+        choice = self._choices.get(chunk)
+        if choice is None:
+            choice = LampChoice(self._lamps, self._table, points, normals)
+            if (len(self._choices) + 1) * len(points) * len(self._lamps) <= MOST_CHANCES:
+                self._choices[chunk] = choice
         for rows, spot in batches(rounds):
             chosen, probability = choice.chosen(spot, self._rays, generator.random(len(spot)))
             shifts = generator.integers(0, 1 << 32, (len(spot), SHADOW_DIMENSIONS), np.uint32)

@@ -12,7 +12,8 @@ LEAST_SHARE, MOST_SHARE = 0.5, 4.0
 #: Rounds of a larger relative variance count as no noisier: nobody waits for the light of dark corners.
 NOISIEST = 16.0
 
-_HALVINGS = 30
+#: Most points by which the level is found, and halvings of an interval that find it.
+_SAMPLE, _HALVINGS = 1 << 14, 20
 
 
 def planned(
@@ -29,26 +30,27 @@ def planned(
     kinds = [kind for kind, c in enumerate(cost) if c]
     if not kinds or any(np.isnan(wanted[kind]).all() for kind in kinds):
         return tuple(even for _ in cost)
-    plan = [np.zeros(len(even)) if c == 0 else even for c in cost]
+    few = slice(None, None, -(-len(even) // _SAMPLE))
 
-    def at(level: float) -> float:
-        """Plan for rounds had of ``level`` times what is wanted; returns the cost."""
-        for kind in kinds:
-            more = np.clip(level * wanted[kind] - had[kind], LEAST_SHARE * rounds, MOST_SHARE * rounds)
-            plan[kind] = np.where(np.isnan(more), rounds, more)
-        return sum(cost[kind] * plan[kind].sum() for kind in kinds)
+    def at(level: float, kind: int, rows: slice) -> np.ndarray:
+        """Rounds of that kind for rounds had of ``level`` times what is wanted."""
+        more = np.clip(level * wanted[kind][rows] - had[kind][rows], LEAST_SHARE * rounds, MOST_SHARE * rounds)
+        return np.where(np.isnan(more), rounds, more)
 
-    budget = rounds * len(even) * sum(cost)
+    def spent(level: float) -> float:
+        return sum(cost[kind] * at(level, kind, few).mean() for kind in kinds)
+
+    budget = rounds * sum(cost)
     most = max(np.nanmax(wanted[kind]) for kind in kinds)
     if most == 0:
         return tuple(even for _ in cost)
     low, high = 0.0, 1.0 / most
-    while at(high) < budget and high < 1e12 / most:
+    while spent(high) < budget and high < 1e12 / most:
         low, high = high, 2.0 * high
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if at(middle) < budget else (low, middle)
-    at(low)
+        low, high = (middle, high) if spent(middle) < budget else (low, middle)
     # Points round up and down in turn, so that groups get what they want on average.
     turn = (np.arange(len(even)) * 0.6180339887498949) % 1.0
+    plan = (at(low, kind, slice(None)) if c else np.zeros(len(even)) for kind, c in enumerate(cost))
     return tuple(np.maximum((p + turn).astype(np.int64), (p > 0).astype(np.int64)) for p in plan)

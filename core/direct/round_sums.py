@@ -16,11 +16,11 @@ ROUNDS_PER_BATCH = 1 << 13
 
 @dataclass(frozen=True)
 class RoundSums:
-    """What was found at N points; all of it grows in place.
+    """What was found at N points; all of it grows in place. Channel by channel, since NumPy is slow along short axes.
 
     count    (N,) of rounds
-    total    (N, 3) sum of their irradiance, W/m^2, RGB
-    squares  (N, 3) sum of its squares
+    total    (3, N) sum of their irradiance, W/m^2, RGB
+    squares  (3, N) sum of its squares
     """
 
     count: np.ndarray
@@ -30,11 +30,11 @@ class RoundSums:
     @classmethod
     def of(cls, points: int) -> RoundSums:
         """No rounds yet."""
-        return cls(np.zeros(points), np.zeros((points, 3)), np.zeros((points, 3)))
+        return cls(np.zeros(points), np.zeros((3, points)), np.zeros((3, points)))
 
     def part(self, rows: slice) -> RoundSums:
         """The sums at some of the points, which grow with these."""
-        return RoundSums(self.count[rows], self.total[rows], self.squares[rows])
+        return RoundSums(self.count[rows], self.total[:, rows], self.squares[:, rows])
 
     def add(self, rows: slice, rounds: np.ndarray, samples: np.ndarray) -> None:
         """What ``rounds`` (K,) more at each of ``rows`` found: ``samples`` (sum of rounds, 3), point after point."""
@@ -42,38 +42,42 @@ class RoundSums:
         some = np.flatnonzero(rounds)
         begin = (np.cumsum(rounds) - rounds)[some]
         for channel, sample in enumerate(samples.T):
-            self.total[rows, channel][some] += np.add.reduceat(sample, begin)
-            self.squares[rows, channel][some] += np.add.reduceat(sample**2, begin)
+            self.total[channel, rows][some] += np.add.reduceat(sample, begin)
+            self.squares[channel, rows][some] += np.add.reduceat(sample**2, begin)
 
     @property
     def mean(self) -> np.ndarray:
-        """Irradiance (N, 3); zero without rounds."""
-        return self.total / np.maximum(self.count, 1)[:, None]
+        """Irradiance (3, N); zero without rounds."""
+        return self.total / np.maximum(self.count, 1)
 
     @property
     def variance(self) -> np.ndarray:
-        """Of a single round, (N, 3); zero below two rounds."""
-        count = np.maximum(self.count, 2)[:, None]
-        return np.where(
-            self.count[:, None] < 2, 0.0, np.maximum(self.squares - self.total**2 / count, 0.0) / (count - 1)
-        )
+        """Of a single round, (3, N); zero below two rounds."""
+        count = np.maximum(self.count, 2)
+        variance = self.squares - self.total**2 / count
+        variance *= (self.count >= 2) / (count - 1)
+        return np.maximum(variance, 0.0, out=variance)
 
     def squared_error(self, value: np.ndarray, groups: PointGroups) -> np.ndarray:
-        """Squared standard error (N, 3) of :attr:`mean`, where all light is ``value`` (N, 3); inf below two rounds.
+        """Squared standard error (3, N) of :attr:`mean`, where all light is ``value`` (3, N); inf below two rounds.
 
         Few rounds that happen to agree do not prove that all would: to their own variance one of that relative size is
         added which the rounds have in the point's group (an empirical Bayes estimate with the weight of one round).
         """
-        variance, enough = self.variance, self.count >= 2
-        relative = np.divide(variance, value**2, out=np.zeros_like(value), where=value > 0)
-        usual = np.stack([groups.means(channel) for channel in np.minimum(relative, 1.0).T], axis=1) * value**2
-        count = np.maximum(self.count, 1)[:, None]
-        return np.where(enough[:, None], ((count - 1) * variance + usual) / count**2, np.inf)
+        squared, square = self.variance, value**2
+        relative = np.minimum(squared / np.where(value > 0, square, np.inf), 1.0)
+        usual = np.stack([groups.means(channel) for channel in relative])
+        usual *= square
+        count = np.maximum(self.count, 1)
+        squared *= (count - 1) / count**2
+        squared += usual / count**2
+        squared[:, self.count < 2] = np.inf
+        return squared
 
     def relative_variance(self, light: np.ndarray) -> np.ndarray:
         """Variance (N,) of a round's RGB sum, fully correlated, over ``light`` (N,) squared; nan below two rounds."""
-        spread = np.sqrt(self.variance).sum(axis=1)
-        relative = np.divide(spread, light, out=np.zeros_like(light), where=light > 0)
+        red, green, blue = np.sqrt(self.variance)
+        relative = (red + green + blue) / np.where(light > 0, light, np.inf)
         return np.where(self.count >= 2, relative**2, np.nan)
 
 

@@ -1,4 +1,4 @@
-"""Particles leaving lights, one after another: photons/emission_guide.py and the lights' `emit`."""
+"""Particles leaving lights, one by one: photons/emission_guide.py, the lights' `emit`, and their first rays."""
 
 from __future__ import annotations
 
@@ -120,12 +120,12 @@ def leave_sky(power, sums, rows, columns, radiance, sines, ends, flux, uniforms,
     sines     (H + 1,) of the latitudes of the rows' borders
     ends      (2, 3) lower and upper corner of the box
     """
-    width, axis, found = radiance.shape[1], 0, [0, 0, 0]
+    width, axis, pixel = radiance.shape[1], 0, 0
     for number in range(len(uniforms)):
         axis, rest = _choose(power, 0, uniforms[number, 0], axis)
-        pixel, rest = _choose(sums, axis, rest, found[axis])
-        found[axis] = pixel
-        row, column = pixel // width, pixel % width
+        pixel, rest = _choose(sums, axis, rest, pixel)
+        row = pixel // width
+        column = pixel - row * width
         high = sines[row + 1] - sines[row]
         z = sines[row] + uniforms[number, 1] * high
         level = math.sqrt(max(1.0 - z * z, 0.0))
@@ -140,6 +140,32 @@ def leave_sky(power, sums, rows, columns, radiance, sines, ends, flux, uniforms,
         for channel in range(3):
             directions[number, channel] = direction[channel]
             fluxes[number, channel] = radiance[row, column, channel] * scale
-            way = (channel - axis) % 3
-            share = (1.0 if along < 0.0 else 0.0) if way == 0 else uniforms[number, 1 + way]
+            # The first of the two numbers is for the axis after this one.
+            share = uniforms[number, 2 if channel == axis + 1 or channel == axis - 2 else 3]
+            share = (1.0 if along < 0.0 else 0.0) if channel == axis else share
             origins[number, channel] = (1.0 - share) * ends[0, channel] + share * ends[1, channel]
+
+
+@njit(
+    "void(Array(f8, 2, 'A', True), Array(f8, 2, 'A', True), Array(f8, 2, 'A', True), f8, i8, f8[::1], f8,"
+    " Tuple((f8[:,::1], f8[:,::1], f8[:,::1], u2[::1], u4[::1])), Tuple((f8[:,::1], u2[::1], f4[:,::1], f4[:,::1])))",
+    nogil=True,
+    cache=True,
+    error_model="numpy",
+)
+def launch(starts, sent, power, lift, first, middle, scale, paths, going):
+    """The first generation of ``paths`` and ``going``, as of :func:`..bounces.bounce`: P particles from ``first`` on.
+
+    starts, sent, power  (P, 3) where they leave their lights, their directions and flux
+    lift                 how far along their directions they begin
+    middle, scale        for Embree
+    """
+    origins, _, fluxes, bounces, particle = paths
+    directions, _, near, towards = going
+    for row in range(len(sent)):
+        bounces[row], particle[row] = 0, first + row
+        for axis in range(3):
+            direction = sent[row, axis]
+            origin = starts[row, axis] + lift * direction
+            origins[row, axis], fluxes[row, axis], directions[row, axis] = origin, power[row, axis], direction
+            near[row, axis], towards[row, axis] = (origin - middle[axis]) * scale, direction

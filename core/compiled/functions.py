@@ -2,7 +2,7 @@
 
 from .bounces import bounce
 from .directions import discs, hemispheres, set_crosswise, turned_around
-from .emission import draw, leave_sky, leave_triangles
+from .emission import draw, launch, leave_sky, leave_triangles
 from .grid_build import LANES, SIDES, count, distances, empty_boxes, fill, lay_out
 from .grid_walk import crossings, order_by_end
 from .hits import hit_points
@@ -34,6 +34,7 @@ __all__ = [
     "hemispheres",
     "hit_points",
     "lamp_strengths",
+    "launch",
     "lay_out",
     "leave_sky",
     "leave_triangles",

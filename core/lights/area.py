@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -78,7 +79,7 @@ class AreaLight:
         """Area in square metres."""
         return SHAPES[self.shape] * float(np.linalg.norm(np.cross(self.edge_u, self.edge_v)))
 
-    @property
+    @cached_property
     def normal(self) -> np.ndarray:
         """Unit vector (3,) on the side that shines."""
         return unit_rows(np.cross(self.edge_v, self.edge_u)[None, :], "The area light's normal")[0]

@@ -33,6 +33,8 @@ class Particles:
     @staticmethod
     def joined(parts: list[Particles]) -> Particles:
         """All particles of ``parts`` in their order; ``parts`` holds at least one."""
+        if len(parts) == 1:
+            return parts[0]
         start = None
         if any(part.start is not None for part in parts):
             start = np.concatenate([np.zeros(len(p.origins)) if p.start is None else p.start for p in parts])

@@ -15,6 +15,10 @@ from ..sampling import cosine_hemisphere
 from ..segments import Segments
 from .specular import SpecularSurfaces
 
+#: How many tolerances a particle is moved along its direction before it starts. Lights may lie in a surface: an
+#: emissive triangle always does, an area light under a ceiling often.
+EMISSION_LIFT = 4
+
 #: How many tolerances behind their hit segments end, along the surface's normal.
 REACH_BEHIND = 2
 
@@ -62,9 +66,10 @@ class Bounces:
     def followed(self, sent: Particles, first: int, generator: np.random.Generator) -> tuple[Segments, np.ndarray]:
         """All segments of particles from their emission on, and the flux (3,) W that the limits on bounces cut.
 
-        ``sent`` have left their lights by a little; they are numbered from ``first`` on.
+        ``sent`` are numbered from ``first`` on.
         """
-        origins, directions, flux, start = sent.origins, sent.directions, sent.flux, sent.start
+        directions, flux, start = sent.directions, sent.flux, sent.start
+        origins = sent.origins + EMISSION_LIFT * self.caster.tolerance * directions
         count = len(origins)
         bounce, passages = np.zeros(count, np.uint16), np.zeros(count, np.uint16)
         particle = np.arange(first, first + count, dtype=np.uint32)

@@ -10,7 +10,7 @@ import numpy as np
 from ..direct.shadows import MOST_PASSAGES
 from ..lights.light import Particles
 from ..segments import Segments
-from .bounces import GRAZING_COSINE, HIT_DIMENSIONS, REACH_BEHIND, Bounces
+from .bounces import EMISSION_LIFT, GRAZING_COSINE, HIT_DIMENSIONS, REACH_BEHIND, Bounces
 from .specular import FACET_DIMENSIONS
 
 #: Segments for which there is room at first, for each particle; memory that is not written costs nothing.
@@ -27,9 +27,12 @@ class CompiledBounces:
     def followed(self, sent: Particles, first: int, generator: np.random.Generator) -> tuple[Segments, np.ndarray]:
         """As :meth:`Bounces.followed`: every generation of segments is written behind the one before it."""
         caster, count = self.bounces.caster, len(sent.origins)
-        paths, cut = _Paths.of(sent, first), np.zeros(3)
-        directions = np.array(sent.directions, order="C")
-        going = directions, np.zeros(count, np.uint16), caster.seen_by_embree(sent.origins), directions.astype("f4")
+        paths, cut = _Paths.empty(ROOM * count), np.zeros(3)
+        going = np.empty((count, 3)), np.zeros(count, np.uint16), *(np.empty((count, 3), np.float32) for _ in range(2))
+        self.compiled.launch(
+            sent.origins, sent.directions, sent.flux, EMISSION_LIFT * caster.tolerance, first, caster.centre,
+            caster.scale, paths.arrays, going,
+        )  # fmt: skip
         begin, start = 0, np.empty(0) if sent.start is None else sent.start.copy()
         fixed = self._fixed()
         while count:
@@ -42,7 +45,7 @@ class CompiledBounces:
             )  # fmt: skip
             begin, count = begin + count, alive
             going = tuple(array[:alive] for array in going)
-        return self._kept(paths.until(begin), len(directions), start), cut
+        return self._kept(paths.until(begin), len(sent.origins), start), cut
 
     def _fixed(self) -> tuple:
         """What the kernel knows of the scene."""
@@ -85,23 +88,20 @@ class _Paths:
     arrays: tuple[np.ndarray, ...]
 
     @classmethod
-    def of(cls, sent: Particles, first: int) -> _Paths:
-        """The first generation, without ends."""
-        count = len(sent.origins)
-        arrays = *(np.empty((ROOM * count, 3)) for _ in range(3)), *(np.empty(ROOM * count, t) for t in ("u2", "u4"))
-        arrays[0][:count], arrays[2][:count], arrays[3][:count] = sent.origins, sent.flux, 0
-        arrays[4][:count] = np.arange(first, first + count, dtype=np.uint32)
-        return cls(arrays)
+    def empty(cls, room: int) -> _Paths:
+        """Room for so many."""
+        vectors = (np.empty((room, 3)) for _ in range(3))
+        return cls((*vectors, np.empty(room, np.uint16), np.empty(room, np.uint32)))
 
     def with_room(self, count: int) -> _Paths:
         """The same, with room for so many."""
         have = len(self.arrays[0])
         if count <= have:
             return self
-        grown = tuple(np.empty((2 * count, *array.shape[1:]), array.dtype) for array in self.arrays)
-        for new, old in zip(grown, self.arrays, strict=True):
+        grown = _Paths.empty(2 * count)
+        for new, old in zip(grown.arrays, self.arrays, strict=True):
             new[:have] = old
-        return _Paths(grown)
+        return grown
 
     def until(self, count: int) -> Segments:
         """The first so many."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,14 +12,11 @@ from ..compiled import kernels
 from ..rays import RayCaster
 from ..scene import Scene
 from ..segments import Segments
-from .bounces import Bounces
+from .bounces import EMISSION_LIFT, Bounces
 from .compiled_bounces import CompiledBounces
 from .emission import Emission
 from .emission_guide import Draws, EmissionGuide
 from .specular import SpecularSurfaces
-
-#: How many tolerances a particle is moved along its direction before it starts.
-EMISSION_LIFT = 4
 
 
 @dataclass(frozen=True)
@@ -67,8 +64,6 @@ class PhotonTracer:
         """
         draws = self.guide.draws(particles, generator)
         sent = self._emission.emit(draws)
-        # Lights may lie in a surface: an emissive triangle always does, an area light under a ceiling often.
-        lifted = sent.origins + EMISSION_LIFT * self._bounces.caster.tolerance * sent.directions
         compiled = kernels(saving=0.0)
         bounces = self._bounces if compiled is None else CompiledBounces(compiled, self._bounces)
-        return TracedPhotons(*bounces.followed(replace(sent, origins=lifted), first, generator), draws)
+        return TracedPhotons(*bounces.followed(sent, first, generator), draws)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -54,11 +55,25 @@ class RayCaster:
         self.tolerance = RELATIVE_TOLERANCE / self.scale
         first = corners[:, :1]
         self.edged = np.concatenate([first, corners[:, 1:] - first], axis=1).reshape(-1, 9)
-        local = ((corners - self.centre) * self.scale).astype(np.float32)
+        self._parts: dict[bytes, RayCaster] = {}
+        self._commit()
+
+    def _commit(self) -> None:
+        local = ((self.corners - self.centre) * self.scale).astype(np.float32)
         self._embree = EmbreeScene()
         self._mesh = TriangleMesh(self._embree, np.ascontiguousarray(local))
         # The first call commits the scene, which must not happen in several threads at once.
         self._embree.run(np.zeros((1, 3), np.float32), np.array([[0, 0, 1]], np.float32))
+
+    def part(self, triangles: np.ndarray) -> RayCaster:
+        """The same, ``centre`` and ``scale`` too, of some ``triangles`` (at least one row) alone; made once."""
+        key = triangles.tobytes()
+        if key not in self._parts:
+            part = self._parts[key] = copy(self)
+            part.__dict__.pop("normals", None)
+            part.corners, part.edged, part._parts = self.corners[triangles], self.edged[triangles], {}
+            part._commit()
+        return self._parts[key]
 
     @cached_property
     def normals(self) -> np.ndarray:

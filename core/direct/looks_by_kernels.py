@@ -11,10 +11,11 @@ from ..lights.light import Surroundings
 from ..rays import FAR
 from .direction_guide import Sightings
 from .looks import Look
-from .shadows import Met, Shadows
+from .shadows import Shadows
+from .surfaces import Met
 from .surrounding_tables import table_of
 
-_NOTHING, _NO_COORDINATES = np.empty(0), np.empty(0, np.float32)
+_NOTHING, _NO_COORDINATES = np.empty(0), np.empty((2, 0), np.float32)
 
 
 class LooksByKernels:
@@ -75,12 +76,12 @@ class LooksByKernels:
         _, scale, short = self._shadows.frame
         whole = (self._reach - short) * scale if self._distant else self._reach * scale
         reach = np.full(len(near), min(whole, FAR), np.float32)
-        if not (self._distant and self._shadows.opaque):
-            yield from self._shadows.walk(compiled, near, towards, reach)
+        if not self._distant:
+            yield from self._shadows.surfaces.walk(compiled, near, towards, reach)
             return
-        rows = np.flatnonzero(~self._shadows.block(compiled, near, towards, reach, _NOTHING))
-        nothing = np.full(len(rows), -1, np.int32)
-        yield rows, Met(nothing, _NO_COORDINATES, _NO_COORDINATES), np.ones((len(rows), 3))
+        share = np.ones((len(near), 3))
+        rows = np.flatnonzero(~self._shadows.block(compiled, near, towards, reach, share))
+        yield rows, Met(np.full(len(rows), -1, np.int32), *_NO_COORDINATES), share.take(rows, axis=0)
 
 
 def _of(look: Look) -> tuple:

@@ -70,7 +70,7 @@ class LooksByNumPy:
                 radiance, density = light.met(points[rows], directions[rows], nothing, None)
                 yield rows, density, radiance * share[rows]
             return
-        for rows, hits, share in self._shadows.surfaces(points, directions, self._reach):
+        for rows, hits, share in self._shadows.surfaces.met(points, directions, self._reach):
             for light in self._lights:
                 mine = np.flatnonzero(light.among(hits.triangle))
                 at = rows[mine]

@@ -9,7 +9,7 @@ from ..lights.environment import EnvironmentWorld
 from ..lights.light import Surroundings
 from ..lights.world import UniformWorld
 from .looks import Look
-from .shadows import Met
+from .surfaces import Met
 
 
 class PictureTable:

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from ..bounds import Bounds
-from ..direct.shadows import MOST_PASSAGES
+from ..direct.surfaces import MOST_PASSAGES
 from ..lights.light import Particles
 from ..rays import Hits, RayCaster
 from ..sampling import cosine_hemisphere

@@ -7,7 +7,7 @@ from types import ModuleType
 
 import numpy as np
 
-from ..direct.shadows import MOST_PASSAGES
+from ..direct.surfaces import MOST_PASSAGES
 from ..lights.light import Particles
 from ..segments import Segments
 from .bounces import EMISSION_LIFT, GRAZING_COSINE, HIT_DIMENSIONS, REACH_BEHIND, Bounces

@@ -230,3 +230,21 @@ def test_settings_that_leave_nothing_to_bake_are_refused():
         BakeSettings(direct="magic")
     with pytest.raises(InvalidSettingError, match="above 0 m"):
         BakeSettings(shadow_distance=0.0)
+
+
+def test_shadows_are_the_same_whichever_surfaces_are_met_first():
+    generator = np.random.default_rng(8)
+    corners = generator.uniform(-1, 1, (80, 1, 3)) + 0.3 * generator.normal(size=(80, 3, 3))
+    passing = np.where((np.arange(80) % 2 == 0)[:, None], generator.uniform(0.2, 1, (80, 3)), 0.0)
+    nothing = np.zeros((80, 3))
+    scene = Scene(corners.reshape(-1, 3), np.arange(240).reshape(80, 3), nothing, nothing, passing, ())
+    origins, ways = generator.normal(size=(2, 400, 3))
+    ways /= np.linalg.norm(ways, axis=1)[:, None]
+    distances = np.where(np.arange(400) % 2, np.inf, 1.5)
+    shadows = Shadows(scene, RayCaster(scene.corners))
+    expected = np.zeros((400, 3))
+    for rows, hits, share in shadows.surfaces.met(origins, ways, distances):
+        expected[rows[hits.triangle < 0]] = share[hits.triangle < 0]
+    found = shadows.transmitted(origins, ways, distances)
+    assert found == pytest.approx(expected) and 0.1 < (expected.max(axis=1) == 0).mean() < 0.9
+    assert ((expected > 0) & (expected < 1)).any()

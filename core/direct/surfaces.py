@@ -1,0 +1,92 @@
+"""All the surfaces that a ray meets one after another, as long as they let light pass straight (alpha, thin glass)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from types import ModuleType
+from typing import NamedTuple
+
+import numpy as np
+
+from ..rays import FAR, Hits, RayCaster
+
+#: Surfaces that a ray or particle may pass straight through, all together, before it is given up.
+MOST_PASSAGES = 1024
+
+
+class Met(NamedTuple):
+    """What A rays met first: ``triangle`` (A,) int32, -1 for none, and barycentric ``u``, ``v`` (A,) float32."""
+
+    triangle: np.ndarray
+    u: np.ndarray
+    v: np.ndarray
+
+
+class Surfaces:
+    """The triangles of ``caster``, of which each lets ``transmittance`` (T, 3) of the light pass; None: nothing."""
+
+    def __init__(self, caster: RayCaster, transmittance: np.ndarray | None):
+        self._caster = caster
+        # A copy, since kernels take nothing that is read-only.
+        self._transmittance = None if transmittance is None else np.array(transmittance)
+
+    def walk(
+        self, compiled: ModuleType, near: np.ndarray, towards: np.ndarray, reach: np.ndarray
+    ) -> Iterator[tuple[np.ndarray, Met, np.ndarray]]:
+        """As :meth:`met`, by ``compiled`` kernels, along R > 0 rays as Embree has them.
+
+        ``near`` (R, 3), ``towards`` (R, 3) and ``reach`` (R,) are float32. Yields rows (A,), what they Met, and the
+        share (A, 3) of light.
+        """
+        caster, endless = self._caster, reach.min() >= FAR
+        rows, share, starts, ways = np.arange(len(near)), np.ones((len(near), 3)), near, towards
+        for _ in range(MOST_PASSAGES):
+            met = Met(*caster.cast(starts, ways))
+            if not endless:
+                compiled.cut_beyond(
+                    rows, met.triangle, met.u, met.v, caster.edged, near, reach, caster.centre, caster.scale
+                )
+            yield rows, met, share
+            if self._transmittance is None:
+                return
+            behind = np.empty_like(rows), np.empty_like(share), np.empty_like(starts), np.empty_like(ways)
+            going = compiled.passed(
+                rows, met.triangle, met.u, met.v, caster.edged, caster.normals, self._transmittance, towards,
+                caster.tolerance, caster.centre, caster.scale, share, *behind,
+            )  # fmt: skip
+            if going == 0:
+                return
+            rows, share, starts, ways = (part[:going] for part in behind)
+
+    def met(
+        self, origins: np.ndarray, directions: np.ndarray, reach: np.ndarray | float = np.inf
+    ) -> Iterator[tuple[np.ndarray, Hits, np.ndarray]]:
+        """Everything that rays meet one after another within ``reach`` (K,) m, until no light would come through.
+
+        Yields, for the first surfaces, the second ones and so on: the rays' rows (R,), what they meet, which may be
+        nothing, and the share (R, 3) of the light from there that reaches the origins.
+        """
+        rows, share = np.arange(len(origins)), np.ones((len(origins), 3))
+        reach = np.broadcast_to(reach, len(origins))
+        starts, endless = origins, np.isinf(reach).all()
+        for _ in range(MOST_PASSAGES):
+            hits = self._caster.first_hits(starts, directions[rows])
+            triangle = hits.triangle
+            if not endless:
+                beyond = np.linalg.norm(hits.points - origins[rows], axis=1) >= reach[rows]
+                triangle = np.where(beyond, -1, triangle)
+            yield rows, Hits(triangle, hits.points), share
+            if self._transmittance is None:
+                return
+            share = share * self._transmittance[triangle]
+            going = np.flatnonzero((triangle >= 0) & (share > 0).any(axis=1))
+            if len(going) == 0:
+                return
+            rows, share = rows[going], share[going]
+            starts = hits.points[going] + self._past(triangle[going], directions[rows])
+
+    def _past(self, triangle: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        """What leads (R, 3) from a hit to just behind the surface."""
+        normals = self._caster.normals[triangle]
+        side = np.copysign(1.0, np.einsum("ij,ij->i", normals, directions))
+        return (self._caster.tolerance * side)[:, None] * normals

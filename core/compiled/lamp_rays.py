@@ -6,6 +6,8 @@ import math
 
 from numba import njit
 
+from .vectors import about, in_disc
+
 POINT, BALL, SOFT, PARALLEL, CONE, AREA = range(6)  # as in core/direct/lamp_table.py
 
 _CLOSEST = 1e-100  # as in core/lights/aim.py
@@ -24,7 +26,7 @@ def lamp_ray(row, x, y, z, u, v):
     if kind == PARALLEL:
         return row[4], row[5], row[6], math.inf, 1.0
     if kind == CONE:
-        dx, dy, dz = _around(row[4], row[5], row[6], row[7] * u, v)
+        dx, dy, dz = about((row[4], row[5], row[6]), row[7] * u, v)
         return dx, dy, dz, math.inf, 2.0 * math.pi * row[7]
     if kind == AREA:
         return _to_area(row, x, y, z, u, v)
@@ -34,7 +36,7 @@ def lamp_ray(row, x, y, z, u, v):
         weight = 1.0 / (4.0 * math.pi * distance * distance) if distance > _CLOSEST else 0.0
     else:
         fall, part, reach = _ball(kind == SOFT, distance, row[7], u)
-        dx, dy, dz = _around(ax, ay, az, part, v)
+        dx, dy, dz = about((ax, ay, az), part, v)
         weight = 2.0 * math.pi * fall / (2.0 * math.pi * row[7]) ** 2
     if row[8] != 0.0:
         weight *= _cone_share(row, -dx, -dy, -dz)
@@ -47,23 +49,6 @@ def _towards(x, y, z):
     if distance <= _CLOSEST:
         return 0.0, 0.0, 1.0, distance
     return x / distance, y / distance, z / distance, distance
-
-
-@njit(error_model="numpy")
-def _around(x, y, z, fall, turn):
-    """sampling.around"""
-    sign = math.copysign(1.0, z)
-    a = -1.0 / (sign + z)
-    b = x * y * a
-    sine = math.sqrt(max(fall * (2.0 - fall), 0.0))
-    angle = 2.0 * math.pi * turn
-    p, q = sine * math.cos(angle), sine * math.sin(angle)
-    along = 1.0 - fall
-    return (
-        p * (1.0 + sign * x * x * a) + q * b + along * x,
-        p * (sign * b) + q * (sign + y * y * a) + along * y,
-        p * (-sign * x) + q * (-y) + along * z,
-    )
 
 
 @njit(error_model="numpy")
@@ -131,7 +116,7 @@ def _to_area(row, x, y, z, u, v):
     if ellipse:
         if solid_angle == 0.0 and filled > _ELLIPSE:
             area = row[22]
-            a, b = _disc(u, v)
+            a, b = in_disc(u, v)
             p, q = 0.5 * a - foot_u, 0.5 * b - foot_v
         elif not _covers(ellipse, foot_u + p, foot_v + q):
             area = 0.0
@@ -158,16 +143,6 @@ def _covers(ellipse, p, q):
     if ellipse:
         return p * p + q * q <= 0.25
     return abs(p) <= 0.5 and abs(q) <= 0.5
-
-
-@njit(error_model="numpy")
-def _disc(u, v):
-    """sampling.disc"""
-    x, y = 2.0 * u - 1.0, 2.0 * v - 1.0
-    if abs(x) > abs(y):
-        return x * math.cos(0.25 * math.pi * (y / x)), x * math.sin(0.25 * math.pi * (y / x))
-    angle = 0.5 * math.pi - 0.25 * math.pi * (x / (y if y != 0.0 else 1.0))
-    return y * math.cos(angle), y * math.sin(angle)
 
 
 @njit(error_model="numpy")

@@ -6,6 +6,8 @@ import math
 
 from numba import njit
 
+from .vectors import in_disc
+
 SIDE = 16  # as in core/direct/direction_guide.py
 
 _FAR = 1e30  # as in core/rays.py
@@ -29,16 +31,6 @@ def _seek(ends, owner, u):
 @njit(error_model="numpy")
 def _cell(group, u, v):
     return (group * SIDE + min(int(u * SIDE), SIDE - 1)) * SIDE + min(int(v * SIDE), SIDE - 1)
-
-
-@njit(error_model="numpy")
-def _disc(u, v):
-    """sampling.disc"""
-    x, y = 2.0 * u - 1.0, 2.0 * v - 1.0
-    if abs(x) > abs(y):
-        return x * math.cos(0.25 * math.pi * (y / x)), x * math.sin(0.25 * math.pi * (y / x))
-    angle = 0.5 * math.pi - 0.25 * math.pi * (x / (y if y != 0.0 else 1.0))
-    return y * math.cos(angle), y * math.sin(angle)
 
 
 @njit(error_model="numpy")
@@ -80,7 +72,7 @@ def look_by_chance(
             u = min((row % SIDE + u) / SIDE, _BELOW_ONE)
             v = min((column % SIDE + v) / SIDE, _BELOW_ONE)
             moved = density[column]
-        x, y = _disc(u, v)
+        x, y = in_disc(u, v)
         z = math.sqrt(max(1.0 - x * x - y * y, _TINY))
         factor[ray], cosine[ray], cell[ray] = moved, z, _cell(group[at], u, v)
         for axis in range(3):

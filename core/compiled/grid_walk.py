@@ -18,7 +18,7 @@ _ROUNDING = np.float32(1e-5)  # in float32, times the largest number in a test: 
 _TWO = np.float32(2.0)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def _crossing_time(origin, step, discs, row):
     """The t of the crossing, or NaN: operation by operation the exact test of core/crossing.py."""
     px, py, pz = origin
@@ -35,7 +35,7 @@ def _crossing_time(origin, step, discs, row):
     return height / facing if facing < 0.0 and height <= 0.0 and height >= facing and room >= 0.0 else np.nan
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def _look(numbers, here, point, direction, half, maybe):
     """Which discs of block ``here`` may be crossed within ``half`` a cell's length of ``point`` along ``direction``."""
     px, py, pz = point
@@ -55,7 +55,7 @@ def _look(numbers, here, point, direction, half, maybe):
         maybe[lane] = near & (dx * dx + dy * dy + dz * dz <= rim * rim)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def _inside(origin, step, frame):
     """Between which shares of its way the segment is inside the frame; the first is larger when it never is."""
     enter, leave = 0.0, 1.0
@@ -72,7 +72,7 @@ def _inside(origin, step, frame):
     return enter, leave
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def _octant(x, y, z):
     """Which of the boxes of empty cells serves this direction."""
     if min(abs(x), abs(y), abs(z)) > _FLAT * max(abs(x), abs(y), abs(z)):

@@ -26,7 +26,8 @@ def sector(x, y):
     return place if y >= 0.0 else DIRECTIONS - 1 - place
 
 
-@njit(error_model="numpy")
+# A call would take longer than the function itself: every array is handed over as seven numbers.
+@njit(error_model="numpy", forceinline=True)
 def _visible(origins, ends, segment, discs, reach, disc):
     """Whether the crossing lies inside the disc's outline: as estimator/visible_area.py does, and its `frames`."""
     nx, ny, nz = discs[disc, 3], discs[disc, 4], discs[disc, 5]

@@ -46,7 +46,7 @@ class CompiledIndex:
         if len(discs) == 0:
             return
         if cell is None:
-            cell = max(2.5 * mean_spacing(discs.centres), 1.2 * float(np.median(discs.radii)))
+            cell = max(2.5 * mean_spacing(discs.centres), 0.8 * float(np.median(discs.radii)))
         cell = grid_bounds(discs, CELLS, ENTRIES)(cell)
         extent = extents(discs)
         lower, upper = (discs.centres - extent).min(axis=0), (discs.centres + extent).max(axis=0)

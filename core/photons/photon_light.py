@@ -85,7 +85,8 @@ class PhotonLight:
             with stopwatch("gather"):
                 accumulator.add(crossings)
             yield
-        self._estimates[kind] = self._estimates[kind].merged(accumulator.estimate())
+        with stopwatch("gather"):
+            self._estimates[kind] = self._estimates[kind].merged(accumulator.estimate())
 
     def _generator(self, start: int) -> np.random.Generator:
         """The random numbers of the particles from ``start`` on; key 0 is the pilot's (see core/radius.py)."""

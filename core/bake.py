@@ -135,12 +135,8 @@ def bake(
     if settings.direct_by == "shadow-rays":
         rays = DirectLight(scene, caster, placed.origins, placed.discs.normals, settings)
     kinds = [kind for kind, wanted in (("direct", by_photons), ("indirect", settings.indirect)) if wanted]
-    with stopwatch("gather"):
-        pilot = tracer.trace(PILOT_PHOTONS, np.random.default_rng(settings.seed)).segments
-        expected = max(1, disc.photons * len(pilot) // PILOT_PHOTONS) if kinds else 0
-        searched = placed.discs if kinds else placed.discs.taken(slice(0))
-        gatherer, reason = make_gatherer(settings.gatherer, searched, expected, pilot)
-    photons = PhotonLight(tracer, gatherer, placed, kinds, settings.seed)
+    photons = PhotonLight(tracer, placed, kinds, settings.seed)
+    gatherer, reason = make_gatherer(settings.gatherer, placed.discs.taken(slice(0)))
 
     by_rays = Irradiance.dark(len(discs))
 
@@ -172,9 +168,13 @@ def bake(
             by_rays = rays.irradiance
         else:
             if photons.particles == 0:
+                with stopwatch("gather"):
+                    pilot = tracer.trace(PILOT_PHOTONS, np.random.default_rng(settings.seed)).segments
+                    expected = max(1, disc.photons * len(pilot) // PILOT_PHOTONS)
+                    gatherer, reason = make_gatherer(settings.gatherer, placed.discs, expected, pilot)
                 aiming = learn_guide(tracer, gatherer, placed, kinds, result.irradiance, settings.seed, disc.photons)
                 guide = yield from _during("Aiming the lights", refinement.fraction, stopwatch.timed("trace", aiming))
-                photons.aim(guide)
+                photons.prepare(gatherer, guide)
             for phase in photons.batch(step.photons, stopwatch):
                 yield Progress(phase, refinement.fraction)
         result = found()

@@ -75,14 +75,14 @@ def build_seconds(kind: str, discs: int) -> float:
 
 @cache
 def this_machine() -> Machine:
-    """Measured once per process, in about a third of a second: one search again and again, alone and side by side."""
-    discs, segments = _standard_field(4000, 12000)
+    """Measured once per process, in about a tenth of a second: one search again and again, alone and side by side."""
+    discs, segments = _standard_field(4000, 4000)
     search, counts = DiscIndex(discs, "grid"), Counts()
     _exhaust(search, segments, counts)
     taken = min(_processor_seconds(search, segments) for _ in range(3))
     expected = search_seconds("grid", counts.totals(), len(segments), len(segments))
     # The best of a few: what else the machine does only takes away.
-    return Machine(taken / (STANDARD * expected), max(_parallel(search, segments) for _ in range(3)))
+    return Machine(taken / (STANDARD * expected), max(_parallel(search, segments) for _ in range(2)))
 
 
 def bare_segments(origins: np.ndarray, ends: np.ndarray) -> Segments:

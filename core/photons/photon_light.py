@@ -29,8 +29,9 @@ class PhotonLight:
     ``crossings`` were found.
     """
 
-    def __init__(self, tracer: PhotonTracer, gatherer: Gatherer, placed: VisibleDiscs, kinds: Sequence[str], seed: int):
-        self._tracer, self._gatherer, self._placed, self._seed = tracer, gatherer, placed, seed
+    def __init__(self, tracer: PhotonTracer, placed: VisibleDiscs, kinds: Sequence[str], seed: int):
+        self._tracer, self._placed, self._seed = tracer, placed, seed
+        self._gatherer: Gatherer | None = None
         self._estimates = {kind: IrradianceEstimate.empty(len(placed.discs)) for kind in kinds}
         self._cut = np.zeros(3)
         self.particles = self.segments = self.crossings = 0
@@ -41,9 +42,9 @@ class PhotonLight:
             return self._estimates[kind].irradiance
         return Irradiance.dark(len(self._placed.discs))
 
-    def aim(self, guide: EmissionGuide) -> None:
-        """Let ``guide`` aim the lights; only before the first batch."""
-        self._tracer = self._tracer.guided(guide)
+    def prepare(self, gatherer: Gatherer, guide: EmissionGuide) -> None:
+        """Let ``gatherer`` search the discs, and ``guide`` aim the lights: once, before the first batch."""
+        self._gatherer, self._tracer = gatherer, self._tracer.guided(guide)
 
     @property
     def cut_flux(self) -> np.ndarray:

@@ -62,7 +62,8 @@ class Setting:
         """Irradiance of each disc, (seeds, N), and its standard error, RGB sums."""
         found = []
         for seed in seeds:
-            photons = PhotonLight(self.tracer.guided(guide), self.gatherer, self.placed, ["indirect"], seed)
+            photons = PhotonLight(self.tracer, self.placed, ["indirect"], seed)
+            photons.prepare(self.gatherer, guide)
             for _ in photons.batch(particles, Stopwatch("trace", "gather")):
                 pass
             found.append(photons.part("indirect"))

@@ -9,7 +9,7 @@ from .hits import hit_points
 from .passages import cut_beyond, let_through, passed
 from .shadow_lamps import aim_at_lamps, arrived, choose_lamps, lamp_strengths
 from .shadow_looks import count_sightings, look_by_chance, weigh_aimed, weigh_met
-from .sums import add_up, repeated_products, sector
+from .sums import add_up, look, pick, repeated_products, sector
 from .surrounding_rays import aim_at_picture, aim_at_triangles, picture_met, triangles_met
 
 __all__ = [
@@ -39,9 +39,11 @@ __all__ = [
     "leave_sky",
     "leave_triangles",
     "let_through",
+    "look",
     "look_by_chance",
     "order_by_end",
     "passed",
+    "pick",
     "picture_met",
     "repeated_products",
     "sector",

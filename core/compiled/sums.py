@@ -49,34 +49,54 @@ def _visible(origins, ends, segment, discs, reach, disc):
 
 
 @njit(
-    "void(i8[::1], i8[::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], i8, i8, b1[::1])",
+    "void(i8[::1], i8[::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], b1[::1])",
     nogil=True,
     cache=True,
     error_model="numpy",
 )
-def add_up(segment, disc, origins, ends, flux, discs, reach, part, parts, kept):
-    """Add the crossings ``segment``, ``disc`` (C,) up, where they lie in the visible part of their disc.
+def look(segment, disc, origins, ends, discs, reach, kept):
+    """Write into ``kept`` (C,) which of the crossings ``segment``, ``disc`` (C,) lie in the visible part of their disc.
 
-    origins, ends, flux  (S, 3) of the segments
-    discs        (N, 16) centre, normal, 1 if the disc is partial else 0, -, and three sums of the flux and of its
-                 square, which are counted up: what a crossing needs is fetched at once
-    reach        (N, DIRECTIONS) the outlines, see core/estimator/visible_area.py
-    part, parts  only every so-manieth stripe of discs is done, so that several threads share the work and each disc's
-                 sums have the same order
-    kept         (C,) written for the stripes that are done: whether the crossing counts
+    origins, ends  (S, 3) of the segments
+    discs          (N, 16) centre, normal, 1 if the disc is partial else 0; the rest does not matter here
+    reach          (N, DIRECTIONS) the outlines, see core/estimator/visible_area.py
     """
     for row in range(len(disc)):
         at = disc[row]
-        if at // STRIPE % parts != part:
-            continue
-        came = segment[row]
-        inside = discs[at, 6] == 0.0 or _visible(origins, ends, came, discs, reach, at)
-        kept[row] = inside
-        if inside:
+        kept[row] = discs[at, 6] == 0.0 or _visible(origins, ends, segment[row], discs, reach, at)
+
+
+@njit("void(i8[::1], i8[::1], b1[::1], f8[:,::1], f8[:,::1], i8, i8)", nogil=True, cache=True, error_model="numpy")
+def add_up(segment, disc, kept, flux, discs, part, parts):
+    """Add the crossings ``segment``, ``disc`` (C,) up as far as they are ``kept`` (C,).
+
+    flux         (S, 3) of the segments
+    discs        (N, 16) as for :func:`look`, and from 8 on three sums of the flux and of its square, which are counted
+                 up: what a crossing needs is fetched at once
+    part, parts  only every so-manieth stripe of discs is done, so that several threads share the work and each disc's
+                 sums have the same order
+    """
+    for row in range(len(disc)):
+        at = disc[row]
+        if kept[row] and at // STRIPE % parts == part:
+            came = segment[row]
             for channel in range(3):
                 value = flux[came, channel]
                 discs[at, 8 + channel] += value
                 discs[at, 11 + channel] += value * value
+
+
+@njit("i8(i8[::1], i8[::1], b1[::1], u4[::1], i8, i8[::1], i8[::1])", nogil=True, cache=True, error_model="numpy")
+def pick(segment, disc, kept, particle, every, picked_segment, picked_disc):
+    """Write some of the crossings ``segment``, ``disc`` (C,) into the last two arguments (C,); returns how many.
+
+    They are those that are ``kept`` (C,) and of every so-manieth ``particle`` (S,), a power of two.
+    """
+    count = 0
+    for row in range(len(disc)):
+        picked_segment[count], picked_disc[count] = segment[row], disc[row]
+        count += kept[row] and (particle[segment[row]] & (every - 1)) == 0
+    return count
 
 
 @njit("void(i8[::1], i8[::1], u4[::1], f8[:,::1], f8[:,::1])", nogil=True, cache=True, error_model="numpy")

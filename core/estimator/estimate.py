@@ -95,7 +95,7 @@ class Accumulator:
     def add(self, crossings: Crossings) -> None:
         """Count these crossings in; each pair must come once."""
         if len(crossings):
-            self._repeated.add(self._sums.add(crossings))
+            self._repeated.add(crossings, self._sums.add(crossings))
 
     def estimate(self) -> IrradianceEstimate:
         """What has been added up so far."""

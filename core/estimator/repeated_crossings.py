@@ -20,7 +20,7 @@ class RepeatedCrossings:
     different ones. The crossings' squares alone make a particle that comes back count as two independent ones, which
     in a bright closed room with discs of a fifth of its size halves the variance.
 
-    Memory is bounded: where there are too many crossings, only every second, fourth, ... particle is looked at.
+    Memory is bounded: where there are too many crossings, only every second, fourth, eighth, ... particle is looked at.
     """
 
     def __init__(self, discs: int, segments: Segments):
@@ -30,11 +30,11 @@ class RepeatedCrossings:
         self._held: list[Crossings] = []
         self._count = 0
 
-    def add(self, crossings: Crossings) -> None:
-        """Look at these crossings too."""
+    def add(self, crossings: Crossings, kept: np.ndarray) -> None:
+        """Look at those of these crossings too that are ``kept`` (C,)."""
         if self._segments.particle is None:
             return
-        self._hold(crossings)
+        self._hold(crossings, kept)
         while self._count > self._most:
             self._every *= 2
             held, self._held, self._count = self._held, [], 0
@@ -67,10 +67,16 @@ class RepeatedCrossings:
             found[:, channel] = np.bincount(disc, products[:, channel], self._discs)
         return found * self._every
 
-    def _hold(self, crossings: Crossings) -> None:
-        if self._every > 1:
-            # Particles come sorted by the light they left, so that every k-th is a fair choice and the first are not.
-            kept = np.flatnonzero(self._segments.particle.take(crossings.segment) % self._every == 0)
-            crossings = Crossings(crossings.segment.take(kept), crossings.disc.take(kept))
+    def _hold(self, crossings: Crossings, kept: np.ndarray | None = None) -> None:
+        kept = np.ones(len(crossings), bool) if kept is None else kept
+        # Particles come sorted by the light they left, so that every k-th is a fair choice and the first are not.
+        if (compiled := kernels(saving=0.0)) is not None:
+            picked = np.empty((2, len(crossings)), np.int64)
+            particle = np.require(self._segments.particle, np.uint32, ["C", "W"])
+            count = compiled.pick(crossings.segment, crossings.disc, kept, particle, self._every, *picked)
+            crossings = Crossings(*picked[:, :count].copy())
+        else:
+            chosen = self._segments.particle.take(crossings.segment) & (self._every - 1) == 0
+            crossings = crossings.taken(kept & chosen)
         self._held.append(crossings)
         self._count += len(crossings)

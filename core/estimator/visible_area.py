@@ -63,8 +63,8 @@ class VisibleArea:
     hidden: np.ndarray
     enclosed: np.ndarray
 
-    def kept(self, discs: TangentDiscs, segments: Segments, crossings: Crossings) -> Crossings:
-        """The ``crossings`` that lie inside the outlines."""
+    def kept(self, discs: TangentDiscs, segments: Segments, crossings: Crossings) -> np.ndarray:
+        """Which (C,) of the ``crossings`` lie inside the outlines."""
         doubtful = np.flatnonzero(self.partial[crossings.disc])
         disc, segment = crossings.disc[doubtful], crossings.segment[doubtful]
         x, y = _offsets(discs, segments, segment, disc)
@@ -75,7 +75,7 @@ class VisibleArea:
         outside = (bx - ax) * (y - ay) < (by - ay) * (x - ax)
         keep = np.full(len(crossings), True)
         keep[doubtful[outside]] = False
-        return Crossings(crossings.segment[keep], crossings.disc[keep])
+        return keep
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,10 @@ class Crossings:
     def __len__(self) -> int:
         return len(self.segment)
 
+    def taken(self, rows) -> Crossings:
+        """The crossings of the given rows (index array, slice or mask)."""
+        return Crossings(self.segment[rows], self.disc[rows])
+
 
 class Gatherer(Protocol):
     """A search over fixed discs. Built once per bake from the discs, then asked once per batch of segments.

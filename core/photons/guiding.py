@@ -132,7 +132,7 @@ def _uses(
     held, count, every = [], 0, 1
     for crossings in gatherer.crossings(segments):
         crossed += np.bincount(particle.take(crossings.segment), minlength=particles)
-        crossings = placed.area.kept(placed.discs, segments, crossings)
+        crossings = crossings.taken(placed.area.kept(placed.discs, segments, crossings))
         alone = power.take(crossings.segment) / placed.area.areas.take(crossings.disc)
         found += np.bincount(crossings.disc, alone, discs)
         squares += np.bincount(crossings.disc, alone**2, discs)

@@ -36,7 +36,7 @@ def plain(segments, crossings):
 def collected(segments, crossings, parts=3):
     repeated = RepeatedCrossings(DISCS, segments)
     for rows in np.array_split(np.arange(len(crossings)), parts):
-        repeated.add(Crossings(crossings.segment[rows], crossings.disc[rows]))
+        repeated.add(crossings.taken(rows), np.ones(len(rows), bool))
     return repeated.products()
 
 

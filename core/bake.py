@@ -6,6 +6,7 @@ from __future__ import annotations
 import time
 from collections.abc import Generator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
@@ -73,7 +74,7 @@ class BakeResult:
     emitted_flux: np.ndarray
     cut_flux: np.ndarray
 
-    @property
+    @cached_property
     def light(self) -> Irradiance:
         """Direct and indirect light together."""
         return self.direct + self.indirect
@@ -178,7 +179,7 @@ def bake(
             for phase in photons.batch(step.photons, stopwatch):
                 yield Progress(phase, refinement.fraction)
         result = found()
-        refinement.observe(result.direct, result.indirect)
+        refinement.observe(result.direct, result.indirect, result.light)
         yield Progress("Refining", refinement.fraction, result)
     return result
 

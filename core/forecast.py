@@ -17,6 +17,12 @@ from .unit_costs import this_machine
 #: Reference seconds of one processor for each point (reading, placing and writing), shadow ray, photon and crossing.
 POINT, RAY, PHOTON, CROSSING = 1.0e-4, 1.0e-6, 4.0e-6, 2.5e-7
 
+#: Wall seconds before and beside all that: loading kernels, the pilot, learning where to aim.
+START = 1.5
+
+#: Photons over those that the radius is chosen for: often it may not become as large as that would ask for.
+MORE_PHOTONS = 3.0
+
 #: Standard error over the median error of normal noise; mean square over squared mean of the crossings' flux.
 DEVIATION, UNEVEN = 1.48, 1.5
 
@@ -38,10 +44,11 @@ class Forecast:
 def forecast(points: int, settings: BakeSettings, factor: float = 1.0) -> Forecast:
     """What baking so many ``points`` is likely to take; ``factor`` corrects the time by what a scene took before."""
     if settings.seconds is not None and settings.error is None and settings.photons is None:
+        seconds = max(settings.seconds, 2.0 * factor * START)
         low, high = np.log(ERRORS)
         for _ in range(30):
             middle = 0.5 * (low + high)
-            late = factor * _seconds(points, settings, np.exp(middle)) > settings.seconds
+            late = factor * _seconds(points, settings, np.exp(middle)) > seconds
             low, high = (middle, high) if late else (low, middle)
         return Forecast(settings.seconds, float(np.exp(high)))
     error = settings.target_error if settings.photons is None else error_for(settings.photons)
@@ -54,6 +61,6 @@ def _seconds(points: int, settings: BakeSettings, error: float) -> float:
         seconds += RAY * RAYS * (0.1 / error) * points
     if settings.indirect or settings.direct_by == "photons":
         crossings = UNEVEN / (DEVIATION * error) ** 2
-        photons = settings.photons or photons_for(error)
+        photons = settings.photons or MORE_PHOTONS * photons_for(error)
         seconds += PHOTON * photons + CROSSING * crossings * points
-    return this_machine().wall_seconds(seconds)
+    return START + this_machine().wall_seconds(seconds)

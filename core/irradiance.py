@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -36,7 +37,7 @@ class Irradiance:
         lit = mean > 0
         return self.standard_error.sum(axis=1)[lit] / mean[lit]
 
-    @property
+    @cached_property
     def relative_error(self) -> float:
         """The error by which half of the lit points are likely to be off at most; NaN when all are dark, inf before the
         light is known of half of them.

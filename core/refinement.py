@@ -79,9 +79,8 @@ class Refinement:
         self._stopwatch, self._start = stopwatch, start
         self._error, self._parts, self._spread = float("nan"), (0.0, 0.0), 0.0
 
-    def observe(self, direct: Irradiance, indirect: Irradiance) -> None:
-        """Look at what has been found."""
-        light = direct + indirect
+    def observe(self, direct: Irradiance, indirect: Irradiance, light: Irradiance) -> None:
+        """Look at what has been found: ``light`` is all of it."""
         self._error = light.relative_error
         lit = np.flatnonzero(np.abs(light.value).sum(axis=1) > 0)
         # The error is a median, and only what happens at points like the median one changes it.

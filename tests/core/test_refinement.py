@@ -41,8 +41,9 @@ class Bake:
         parts = []
         for part, noise, name in ((self.direct, self.noises[0], "done"), (self.photons, self.noises[1], "particles")):
             parts.append(Irradiance.dark(POINTS) if part is None else self.light(noise, getattr(part, name)))
-        self.refinement.observe(*parts)
-        return (parts[0] + parts[1]).relative_error
+        light = parts[0] + parts[1]
+        self.refinement.observe(*parts, light)
+        return light.relative_error
 
     def run(self, most=500):
         error = float("nan")

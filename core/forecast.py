@@ -44,6 +44,7 @@ class Forecast:
 def forecast(points: int, settings: BakeSettings, factor: float = 1.0) -> Forecast:
     """What baking so many ``points`` is likely to take; ``factor`` corrects the time by what a scene took before."""
     if settings.seconds is not None and settings.error is None and settings.photons is None:
+        # A bake does what it can, however short its time.
         seconds = max(settings.seconds, 2.0 * factor * START)
         low, high = np.log(ERRORS)
         for _ in range(30):

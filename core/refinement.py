@@ -29,6 +29,9 @@ FIRST_SHARE, SLOWEST = 0.25, 2.0
 LEAST_PHOTONS = 1 << 12
 MOST_ROUNDS_PER_STEP = 32
 
+#: A later step is no smaller than one over this of the rounds before, since each step has to be summed up.
+LEAST_ROUNDS = 4
+
 #: Rounds of shadow rays after which only light that is never found can still be missing.
 MOST_ROUNDS = 512
 
@@ -136,7 +139,12 @@ class Refinement:
     def _more_rays(self) -> Step | None:
         if self._direct is None or self._direct.exact or self._direct.done >= MOST_ROUNDS or np.isnan(self._error):
             return None
-        return Step(rounds=min(self._direct.done, MOST_ROUNDS_PER_STEP))
+        done, goal = self._direct.done, self._settings.aimed_noise
+        wanted = min(done, MOST_ROUNDS_PER_STEP)
+        if goal is not None and np.isfinite(self._error):
+            ratio = max(self._error, self._spread / SPREAD) / goal
+            wanted = min(wanted, max(int(np.ceil(done * (ratio**2 - 1.0))), done // LEAST_ROUNDS, 1))
+        return Step(rounds=wanted)
 
     def _more_photons(self) -> Step | None:
         if self._photons is None:

@@ -158,11 +158,12 @@ class DirectLight:
         """Share (N,) that the rounds before learning have in the light of surroundings.
 
         It rests on how noisy the rounds were at the *other* points of the group, so that it is independent of what this
-        point's own rounds found, and biases nothing.
+        point's own rounds found, and biases nothing. A single round after learning does not count: nobody knows how
+        noisy it is.
         """
         before, after = (self._groups.of_others(s.relative_variance(light)) for s in (self._before, self._after))
         weight = self._before.count * _trust(before, after)
-        return np.divide(weight, weight + self._after.count, out=np.ones_like(weight), where=self._after.count > 0)
+        return np.divide(weight, weight + self._after.count, out=np.ones_like(weight), where=self._after.count > 1)
 
     def _cast(self, part: slice, begin: int, plan: tuple[np.ndarray, np.ndarray]) -> None:
         """Cast the planned rays of the groups in ``part``, and add up what they find."""

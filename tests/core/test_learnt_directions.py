@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from detp.core import parallel
-from detp.core.direct.direct_light import DirectLight
+from detp.core.direct.direct_light import LEARN_AFTER, DirectLight
 from detp.core.direct.direction_guide import SIDE, DirectionChoice, DirectionSums, cells
 from detp.core.direct.point_groups import LARGEST_GROUP, PointGroups
 from detp.core.direct.round_plan import LEAST_SHARE, planned
@@ -105,6 +105,12 @@ def test_the_error_is_honest():
         found = looked(scene, points, normals, 128, seed).irradiance
         inside.append((np.abs(found.value.sum(axis=1) - expected) < 1.96 * found.standard_error.sum(axis=1)).mean())
     assert 0.92 < np.mean(inside) < 0.98
+
+
+@pytest.mark.parametrize("rounds", [LEARN_AFTER, LEARN_AFTER + 1, LEARN_AFTER + 2])
+def test_the_error_is_known_however_few_rounds_follow_learning(rounds):
+    light = looked(*room("uniform"), rounds).irradiance
+    assert np.isfinite(light.standard_error).all() and light.relative_error < 1.0
 
 
 def test_an_even_sky_over_an_open_plane_has_no_noise():

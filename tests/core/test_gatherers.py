@@ -292,7 +292,8 @@ def test_the_gatherers_have_the_names_of_the_command_line_and_say_why():
         assert gatherer.name == name
         assert "as asked for" in reason
     gatherer, reason = make_gatherer("auto", discs)
-    titles = {"disc-index": "Disc Indexing", "sphere-cache": "Sphere Cache"}  # without kernels these are much alike here
+    # Without kernels these two are much alike here.
+    titles = {"disc-index": "Disc Indexing", "sphere-cache": "Sphere Cache"}
     assert reason.startswith(titles[gatherer.name])
     assert "point spacings" in reason and reason.endswith(".")
     assert "one place" in make_gatherer("auto", discs.taken([0, 0]))[1]

@@ -7,9 +7,8 @@ import math
 from numba import njit
 
 from .specular import facet, shares, turned
-from .vectors import dot, over_hemisphere, plus, row_of, times
+from .vectors import TINY, dot, over_hemisphere, plus, row_of, times
 
-TINY = 2.2250738585072014e-308
 ABSORBED, REFLECTED, PASSED, MIRRORED, REFRACTED = range(5)  # as in photons/bounces.py
 OPAQUE = -2  # as there
 DARK = (0.0, 0.0, 0.0)

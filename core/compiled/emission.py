@@ -6,44 +6,7 @@ import math
 
 from numba import njit
 
-from .vectors import full_turn, over_hemisphere, row_of, times
-
-BELOW_ONE = 1.0 - 2.0**-53
-
-
-@njit(error_model="numpy", inline="always")
-def _choose(sums, line, uniform, before):
-    """sampling.choose by the running sums in that ``line`` of (L, K): row and what is left of the uniform number.
-
-    The search begins at the row chosen ``before``, since numbers mostly ascend.
-    """
-    value = uniform * sums[line, -1]
-    low, high, step = 0, sums.shape[1], 1
-    if sums[line, before] <= value:
-        low = before + 1
-        while low + step <= high and sums[line, low + step - 1] <= value:
-            low += step
-            step *= 2
-        high = min(low + step, high)
-    else:
-        high = before
-        while step <= high and sums[line, high - step] > value:
-            high -= step
-            step *= 2
-        low = max(high - step, 0)
-    while low < high:
-        middle = (low + high) // 2
-        if sums[line, middle] <= value:
-            low = middle + 1
-        else:
-            high = middle
-    # Rounding up to the whole sum must not lead to a row without weight.
-    low = min(low, sums.shape[1] - 1)
-    while low > 0 and sums[line, low - 1] == sums[line, -1]:
-        low -= 1
-    start = sums[line, low - 1] if low > 0 else 0.0
-    whole = sums[line, low] - start
-    return low, min(max((value - start) / whole, 0.0), BELOW_ONE) if whole > 0.0 else 0.0
+from .vectors import BELOW_ONE, choose, full_turn, in_triangle, over_hemisphere, row_of, times
 
 
 @njit(
@@ -88,17 +51,16 @@ def leave_triangles(sums, corners, normals, colours, flux, uniforms, origins, di
     """
     at = 0
     for row in range(len(uniforms)):
-        at, rest = _choose(sums, 0, uniforms[row, 0], at)
-        root = math.sqrt(rest)
-        second = root * uniforms[row, 1]
+        at, rest = choose(sums, 0, uniforms[row, 0], at)
+        weights = in_triangle(rest, uniforms[row, 1])
         back = uniforms[row, 2] >= 0.5
         normal = times(-1.0 if back else 1.0, row_of(normals, at))
         direction = over_hemisphere(normal, 2.0 * uniforms[row, 2] - (1.0 if back else 0.0), uniforms[row, 3])
         for axis in range(3):
             origins[row, axis] = (
-                (1.0 - root) * corners[at, 0, axis]
-                + (root - second) * corners[at, 1, axis]
-                + second * corners[at, 2, axis]
+                weights[0] * corners[at, 0, axis]
+                + weights[1] * corners[at, 1, axis]
+                + weights[2] * corners[at, 2, axis]
             )
             directions[row, axis] = direction[axis]
             fluxes[row, axis] = colours[at, axis] * flux
@@ -122,8 +84,8 @@ def leave_sky(power, sums, rows, columns, radiance, sines, ends, flux, uniforms,
     """
     width, axis, pixel = radiance.shape[1], 0, 0
     for number in range(len(uniforms)):
-        axis, rest = _choose(power, 0, uniforms[number, 0], axis)
-        pixel, rest = _choose(sums, axis, rest, pixel)
+        axis, rest = choose(power, 0, uniforms[number, 0], axis)
+        pixel, rest = choose(sums, axis, rest, pixel)
         row = pixel // width
         column = pixel - row * width
         high = sines[row + 1] - sines[row]

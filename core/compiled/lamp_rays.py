@@ -6,12 +6,10 @@ import math
 
 from numba import njit
 
-from .vectors import about, in_disc
+from .vectors import CLOSEST, TINY, about, in_disc
 
 POINT, BALL, SOFT, PARALLEL, CONE, AREA = range(6)  # as in core/direct/lamp_table.py
 
-_CLOSEST = 1e-100  # as in core/lights/aim.py
-_TINY = 2.2250738585072014e-308
 _LEAST = 1e-100  # as in sampling.spherical_rectangle
 _ELLIPSE = 0.25 * math.pi
 
@@ -33,7 +31,7 @@ def lamp_ray(row, x, y, z, u, v):
     ax, ay, az, distance = _towards(row[4] - x, row[5] - y, row[6] - z)
     if kind == POINT:
         dx, dy, dz, reach = ax, ay, az, distance
-        weight = 1.0 / (4.0 * math.pi * distance * distance) if distance > _CLOSEST else 0.0
+        weight = 1.0 / (4.0 * math.pi * distance * distance) if distance > CLOSEST else 0.0
     else:
         fall, part, reach = _ball(kind == SOFT, distance, row[7], u)
         dx, dy, dz = about((ax, ay, az), part, v)
@@ -46,7 +44,7 @@ def lamp_ray(row, x, y, z, u, v):
 @njit(error_model="numpy")
 def _towards(x, y, z):
     distance = math.sqrt(x * x + y * y + z * z)
-    if distance <= _CLOSEST:
+    if distance <= CLOSEST:
         return 0.0, 0.0, 1.0, distance
     return x / distance, y / distance, z / distance, distance
 
@@ -58,7 +56,7 @@ def _ball(soft, distance, radius, u):
         slant = math.hypot(distance, radius)
         fall = radius**2 / (slant * (slant + distance))
         part = fall * u
-        return fall, part, min(distance / max(1.0 - part, _TINY), slant)
+        return fall, part, min(distance / max(1.0 - part, TINY), slant)
     inside = distance <= radius
     square = 0.0 if inside else (radius / distance) ** 2
     fall = 2.0 if inside else square / (1.0 + math.sqrt(1.0 - square))
@@ -80,7 +78,7 @@ def _cone_share(row, x, y, z):
     whole = a + b + c
     fall = (a / whole + b / whole) / (1.0 + math.sqrt(c / whole)) if ahead < 0.0 else 1.0
     rim = row[19]
-    if rim <= _TINY:
+    if rim <= TINY:
         return 1.0 if fall < row[18] else 0.0
     t = min(max(row[18] - fall, 0.0), rim) / rim
     return t * t * (3.0 - 2.0 * t)

@@ -6,13 +6,11 @@ import math
 
 from numba import njit
 
-from .vectors import in_disc
+from .vectors import BELOW_ONE, TINY, in_disc
 
 SIDE = 16  # as in core/direct/direction_guide.py
 
 _FAR = 1e30  # as in core/rays.py
-_TINY = 2.2250738585072014e-308
-_BELOW_ONE = 1.0 - 2.0**-53
 
 
 @njit(error_model="numpy")
@@ -25,7 +23,7 @@ def _seek(ends, owner, u):
         if ends[at + step - 1] <= target:
             at += step
     start = ends[at - 1] if at > begin else float(owner)
-    return at, min(max((target - start) / (ends[at] - start), 0.0), _BELOW_ONE)
+    return at, min(max((target - start) / (ends[at] - start), 0.0), BELOW_ONE)
 
 
 @njit(error_model="numpy")
@@ -69,11 +67,11 @@ def look_by_chance(
         if len(density) > 0:
             row, u = _seek(row_ends, group[at], u)
             column, v = _seek(column_ends, row, v)
-            u = min((row % SIDE + u) / SIDE, _BELOW_ONE)
-            v = min((column % SIDE + v) / SIDE, _BELOW_ONE)
+            u = min((row % SIDE + u) / SIDE, BELOW_ONE)
+            v = min((column % SIDE + v) / SIDE, BELOW_ONE)
             moved = density[column]
         x, y = in_disc(u, v)
-        z = math.sqrt(max(1.0 - x * x - y * y, _TINY))
+        z = math.sqrt(max(1.0 - x * x - y * y, TINY))
         factor[ray], cosine[ray], cell[ray] = moved, z, _cell(group[at], u, v)
         for axis in range(3):
             way = x * first[at, axis] + y * second[at, axis] + z * normals[at, axis]

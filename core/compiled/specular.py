@@ -6,7 +6,7 @@ import math
 
 from numba import njit
 
-from .vectors import dot, full_turn, over_hemisphere, plus, times, unit, within_frame
+from .vectors import TINY, dot, full_turn, over_hemisphere, plus, times, unit, within_frame
 
 LEAST_COSINE = 1e-9  # as in photons/specular.py
 
@@ -50,8 +50,8 @@ def _fresnel(cosine, ratio):
     beyond = math.sqrt(max(ratio * ratio - 1.0 + cosine * cosine, 0.0)) / ratio
     if not beyond > 0.0:
         return 1.0, beyond
-    across = (cosine - ratio * beyond) / max(cosine + ratio * beyond, 2.2250738585072014e-308)
-    along = (ratio * cosine - beyond) / max(ratio * cosine + beyond, 2.2250738585072014e-308)
+    across = (cosine - ratio * beyond) / max(cosine + ratio * beyond, TINY)
+    along = (ratio * cosine - beyond) / max(ratio * cosine + beyond, TINY)
     return 0.5 * (across * across + along * along), beyond
 
 

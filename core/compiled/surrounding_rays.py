@@ -6,10 +6,9 @@ import math
 
 from numba import njit
 
-_CLOSEST = 1e-100  # as in core/lights/aim.py
+from .vectors import CLOSEST, TINY, choose, in_triangle
+
 _EDGE_ON = 1e-9  # as in core/lights/emissive.py
-_TINY = 2.2250738585072014e-308
-_BELOW_ONE = 1.0 - 2.0**-53
 
 
 @njit(error_model="numpy")
@@ -24,19 +23,6 @@ def _above(ends, low, high, target):
     return low
 
 
-@njit(error_model="numpy")
-def _chosen(ends, u):
-    """sampling.choose; ``ends`` go on behind their last increase."""
-    whole = ends[len(ends) - 1]
-    scaled = u * whole
-    at = _above(ends, 0, len(ends) - 1, scaled)
-    while at > 0 and ends[at - 1] >= whole:
-        at -= 1
-    start = ends[at - 1] if at > 0 else 0.0
-    part = ends[at] - start
-    return at, min(max((scaled - start) / part, 0.0), _BELOW_ONE) if part > 0.0 else 0.0
-
-
 @njit(
     "void(f8[:,:,::1], f8[::1], f8[::1], f8[::1], f8[:,::1], f8[:,::1], f8[::1], f8[:,::1], f8[::1])",
     nogil=True,
@@ -49,9 +35,9 @@ def aim_at_picture(picture, sums, ends, sines, uniforms, directions, distances, 
     picture     (H, W, 3) radiance; ``sums`` (H * W,) of the pixels' strengths, ``ends`` (H,) of the rows'
     sines       (H + 1,) of the latitudes of the rows' borders
     """
-    width = picture.shape[1]
+    width, lines, row = picture.shape[1], ends.reshape((1, len(ends))), 0
     for ray in range(len(uniforms)):
-        row, up = _chosen(ends, uniforms[ray, 1])
+        row, up = choose(lines, 0, uniforms[ray, 1], row)
         start = ends[row - 1] if row > 0 else 0.0
         scaled = start + uniforms[ray, 0] * (ends[row] - start)
         pixel = _above(sums, row * width, row * width + width - 1, scaled)
@@ -70,7 +56,7 @@ def aim_at_picture(picture, sums, ends, sines, uniforms, directions, distances, 
         for channel in range(3):
             radiance[ray, channel] = picture[row, column, channel]
             strength = max(strength, abs(picture[row, column, channel]))
-        chance = strength / max(sums[len(sums) - 1], _TINY)
+        chance = strength / max(sums[len(sums) - 1], TINY)
         density[ray] = chance if chance > 0.0 else 1.0
 
 
@@ -108,7 +94,7 @@ def _seen(at, normals, areas, glow, whole, x, y, z, distance):
     """EmissiveTriangles._seen: the density, zero where nothing is seen."""
     cosine = abs(normals[at, 0] * x + normals[at, 1] * y + normals[at, 2] * z)
     strength = max(abs(glow[at, 0]), abs(glow[at, 1]), abs(glow[at, 2]))
-    if cosine > _EDGE_ON and distance > _CLOSEST and strength > 0.0 and areas[at] > 0.0:
+    if cosine > _EDGE_ON and distance > CLOSEST and strength > 0.0 and areas[at] > 0.0:
         return strength * distance**2 / (cosine * whole)
     return 0.0
 
@@ -127,24 +113,24 @@ def aim_at_triangles(
 
     corners, normals, areas, glow, shares   of the shining triangles: their radiance, and sums of their strengths
     """
+    line, at = shares.reshape((1, len(shares))), 0
     for ray in range(len(uniforms)):
-        at, first = _chosen(shares, uniforms[ray, 0])
-        root = math.sqrt(first)
-        second = root * uniforms[ray, 1]
+        at, first = choose(line, 0, uniforms[ray, 0], at)
+        weights = in_triangle(first, uniforms[ray, 1])
         point = spot[ray // count]
         square = 0.0
         for axis in range(3):
             place = (
-                (1.0 - root) * corners[at, 0, axis]
-                + (root - second) * corners[at, 1, axis]
-                + second * corners[at, 2, axis]
+                weights[0] * corners[at, 0, axis]
+                + weights[1] * corners[at, 1, axis]
+                + weights[2] * corners[at, 2, axis]
             )
             directions[ray, axis] = place - points[point, axis]
             square += directions[ray, axis] ** 2
         distance = math.sqrt(square)
         for axis in range(3):
             nowhere = 1.0 if axis == 2 else 0.0
-            directions[ray, axis] = directions[ray, axis] / distance if distance > _CLOSEST else nowhere
+            directions[ray, axis] = directions[ray, axis] / distance if distance > CLOSEST else nowhere
         x, y, z = directions[ray, 0], directions[ray, 1], directions[ray, 2]
         chance = _seen(at, normals, areas, glow, shares[len(shares) - 1], x, y, z, distance)
         distances[ray] = distance

@@ -9,6 +9,9 @@ import math
 
 from numba import njit
 
+TINY, BELOW_ONE = 2.2250738585072014e-308, 1.0 - 2.0**-53  # the smallest number, and the largest below one
+CLOSEST = 1e-100  # as in core/lights/aim.py
+
 #: Taylor's coefficients of the sine from the third power on, and of the cosine from the second.
 _S = tuple((-1.0) ** k / math.factorial(2 * k + 1) for k in range(1, 9))
 _C = tuple((-1.0) ** k / math.factorial(2 * k) for k in range(1, 9))
@@ -105,3 +108,46 @@ def about(axis, fall, turn):
     sine = math.sqrt(max(fall * (2.0 - fall), 0.0))
     x, y = full_turn(turn)
     return within_frame(axis, sine * x, sine * y, 1.0 - fall)
+
+
+@njit(error_model="numpy")
+def in_triangle(u, v):
+    """sampling.triangle: the weights of a triangle's corners."""
+    root = math.sqrt(u)
+    second = root * v
+    return 1.0 - root, root - second, second
+
+
+@njit(error_model="numpy", inline="always")
+def choose(sums, line, uniform, before):
+    """sampling.choose by the running sums in that ``line`` of (L, K): row and what is left of the uniform number.
+
+    The search begins at the row chosen ``before``, since numbers mostly ascend.
+    """
+    value = uniform * sums[line, -1]
+    low, high, step = 0, sums.shape[1], 1
+    if sums[line, before] <= value:
+        low = before + 1
+        while low + step <= high and sums[line, low + step - 1] <= value:
+            low += step
+            step *= 2
+        high = min(low + step, high)
+    else:
+        high = before
+        while step <= high and sums[line, high - step] > value:
+            high -= step
+            step *= 2
+        low = max(high - step, 0)
+    while low < high:
+        middle = (low + high) // 2
+        if sums[line, middle] <= value:
+            low = middle + 1
+        else:
+            high = middle
+    # Rounding up to the whole sum must not lead to a row without weight.
+    low = min(low, sums.shape[1] - 1)
+    while low > 0 and sums[line, low - 1] == sums[line, -1]:
+        low -= 1
+    start = sums[line, low - 1] if low > 0 else 0.0
+    whole = sums[line, low] - start
+    return low, min(max((value - start) / whole, 0.0), BELOW_ONE) if whole > 0.0 else 0.0

@@ -63,8 +63,9 @@ class LampLight:
     def _samples(self, points, normals, spot, chosen, probability, uniforms) -> np.ndarray:
         """Irradiance (S, 3) at each ``spot`` (S,) of the points by rays to the ``chosen`` lamps (S * some,)."""
         compiled = kernels(saving=0.0) if self._table is not None else None
-        how = self._by_numpy if compiled is None else self._by_kernels
-        return how(compiled, points, normals, spot, chosen, probability, uniforms)
+        if compiled is None:
+            return self._by_numpy(points, normals, spot, chosen, probability, uniforms)
+        return self._by_kernels(compiled, points, normals, spot, chosen, probability, uniforms)
 
     def _by_kernels(self, compiled, points, normals, spot, chosen, probability, uniforms) -> np.ndarray:
         most, count = len(chosen), len(chosen) // len(spot)
@@ -86,7 +87,7 @@ class LampLight:
             compiled.arrived(blocked, arriving, sample[:found], 1.0 / count, light)
         return light
 
-    def _by_numpy(self, _, points, normals, spot, chosen, probability, uniforms) -> np.ndarray:
+    def _by_numpy(self, points, normals, spot, chosen, probability, uniforms) -> np.ndarray:
         count = len(chosen) // len(spot)
         order = np.argsort(chosen, kind="stable")
         ends = np.searchsorted(chosen[order], np.arange(len(self._lamps) + 1))

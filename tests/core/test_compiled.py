@@ -30,17 +30,6 @@ def compile_now():
 
 
 @pytest.fixture
-def kernels():
-    pytest.importorskip("numba")
-    if os.environ.get("DETP_COMPILED") == "off":
-        pytest.skip("DETP_COMPILED=off")
-    compiled.compile_now()
-    found = compiled.kernels()
-    assert found is not None
-    return found
-
-
-@pytest.fixture
 def cold(monkeypatch, tmp_path):
     """No kernels in memory or in the cache, and what would compile them is noted only."""
     started = []

@@ -1,11 +1,9 @@
 """Compiled bounces: the same particles on the same ways as NumPy's."""
 
-import os
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from detp.core import compiled
 from detp.core.lights.point import PointLight
 from detp.core.lights.world import UniformWorld
 from detp.core.photons import compiled_bounces
@@ -15,15 +13,7 @@ from detp.core.rays import RayCaster
 from detp.core.scene import Scene
 from rooms import box_quads, scene_of
 
-pytest.importorskip("numba")
-
-
-@pytest.fixture(scope="module", autouse=True)
-def kernels():
-    if os.environ.get("DETP_COMPILED") == "off":
-        pytest.skip("DETP_COMPILED=off")
-    compiled.compile_now()
-    assert compiled.kernels() is not None
+pytestmark = pytest.mark.usefixtures("kernels")
 
 
 def lit_room(**lamp):

@@ -1,10 +1,8 @@
 """Compiled emission: the same particles as NumPy's from every light, by the same uniform numbers."""
 
-import os
-
 import numpy as np
 import pytest
-from detp.core import compiled, sampling
+from detp.core import sampling
 from detp.core.bounds import Bounds
 from detp.core.lights.area import AreaLight
 from detp.core.lights.emissive import EmissiveTriangles
@@ -16,17 +14,9 @@ from detp.core.lights.sun import SunLight
 from detp.core.lights.world import UniformWorld
 from detp.core.photons.emission_guide import EmissionGuide
 
-pytest.importorskip("numba")
+pytestmark = pytest.mark.usefixtures("kernels")
 POWER = (1.0, 2.0, 3.0)
 BOUNDS = Bounds(np.array([-1.0, -2.0, -3.0]), np.array([4.0, 2.0, 1.0]))
-
-
-@pytest.fixture(autouse=True)
-def kernels():
-    if os.environ.get("DETP_COMPILED") == "off":
-        pytest.skip("DETP_COMPILED=off")
-    compiled.compile_now()
-    assert compiled.kernels() is not None
 
 
 def triangles(count):

@@ -1,10 +1,7 @@
 """Shadow rays by compiled kernels find what NumPy finds, from every kind of light and through clear surfaces."""
 
-import os
-
 import numpy as np
 import pytest
-from detp.core import compiled
 from detp.core.direct.direct_light import DirectLight
 from detp.core.direct.lamp_table import lamp_table
 from detp.core.lights.area import AreaLight
@@ -53,17 +50,6 @@ AROUND = {
     "triangles and world": ((UniformWorld(POWER),), True),
     "triangles, picture and lamp": ((EnvironmentWorld(PICTURE), LAMPS["ball"]), True),
 }
-
-
-@pytest.fixture
-def kernels():
-    pytest.importorskip("numba")
-    if os.environ.get("DETP_COMPILED") == "off":
-        pytest.skip("DETP_COMPILED=off")
-    compiled.compile_now()
-    found = compiled.kernels()
-    assert found is not None
-    return found
 
 
 def shaded(lights, clear, emission=None):

@@ -1,11 +1,10 @@
 """The contract of every gatherer and index kind: the pairs that the crossing test accepts, each once."""
 
-import os
 from functools import partial
 
 import numpy as np
 import pytest
-from detp.core import compiled, parallel
+from detp.core import parallel
 from detp.core.crossing import crosses
 from detp.core.discs import TangentDiscs
 from detp.core.errors import InvalidSettingError
@@ -19,6 +18,7 @@ from detp.core.gatherers.sphere_cache import SphereCache
 from detp.core.segments import Segments
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from kernels_or_skip import kernels_or_skip
 
 
 def grid(cells_per_size):
@@ -35,11 +35,7 @@ def compiled_grid(cells_per_size=None):
     """The compiled gatherer, with cells as for :func:`grid`."""
 
     def make(discs):
-        pytest.importorskip("numba")
-        if os.environ.get("DETP_COMPILED") == "off":
-            pytest.skip("DETP_COMPILED=off")
-        compiled.compile_now()
-        kernels = compiled.kernels()
+        kernels = kernels_or_skip()
         if cells_per_size is None or len(discs) == 0:
             return CompiledIndex(kernels, discs)
         size = np.ptp(discs.centres, axis=0).max() + 2 * discs.radii.max()

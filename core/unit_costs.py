@@ -9,31 +9,29 @@ from functools import cache
 import numpy as np
 
 from .discs import TangentDiscs
-from .gatherers.counts import Counts
 from .gatherers.disc_index import DiscIndex
 from .gatherers.streams import LANES
 from .parallel import ordered_map, worker_count
 from .segments import Segments
 
 #: Nanoseconds of one processor for each thing that Counts counts, by kind of search, on the reference machine: fitted
-#: to the samples' searches by `detp study`, which fits them anew wherever it runs. Their ratios decide which
-#: gatherer "auto" takes, and are not measured in a bake: a scene must give the same light on every machine.
+#: to the searches of the samples and of ten real scenes by `detp study`, which fits them anew wherever it runs. Their
+#: ratios decide which gatherer "auto" takes, and are not measured in a bake: a scene must give the same light on every
+#: machine. With NumPy the searches share the code for patches, discs, tests and crossings, and so its costs.
+_SHARED = {"patches": 94.0, "discs": 22.0, "tests": 49.0, "crossings": 87.0}
 UNIT_COSTS = {
-    "grid": {"segments": 247.0, "nodes": 100.0, "patches": 176.0, "discs": 36.0, "tests": 76.0, "crossings": 95.0},
-    "tree": {"segments": 199.0, "nodes": 57.0, "patches": 176.0, "discs": 36.0, "tests": 76.0, "crossings": 95.0},
-    "sphere-cache": {"nodes": 21.0, "patches": 176.0, "discs": 36.0, "tests": 76.0, "crossings": 95.0, "lists": 9000.0},
+    "grid": {"segments": 128.0, "nodes": 93.0, **_SHARED},
+    "tree": {"segments": 306.0, "nodes": 32.0, **_SHARED},
+    "sphere-cache": {"nodes": 17.0, "lists": 6100.0, **_SHARED},
     "brute-force": {"tests": 30.0},
-    "compiled grid": {
-        "segments": 200.0, "nodes": 20.0, "patches": 12.0, "discs": 2.5, "tests": 40.0, "crossings": 40.0,
-    },
-}  # fmt: skip
+    "compiled grid": {"segments": 126.0, "nodes": 28.0, "far": 19.0, "patches": 0.7, "discs": 5.6},
+}
 
-#: Nanoseconds to build a search, for each disc; the grid's cells and entries are known beforehand, see grid_cells.py.
-BUILD_COSTS = {"grid": 5000.0, "tree": 4200.0, "sphere-cache": 3500.0, "brute-force": 0.0, "compiled grid": 1000.0}
+#: Nanoseconds to build a search, for each disc; the grid's cells and entries are known beforehand, see search_plan.py.
+BUILD_COSTS = {"grid": 4000.0, "tree": 2900.0, "sphere-cache": 2600.0, "brute-force": 0.0, "compiled grid": 2000.0}
 
-#: What the search that a machine is measured by takes on the reference machine, over what UNIT_COSTS give for it: it is
-#: simpler than the scenes that they were fitted to.
-STANDARD = 0.71
+#: Reference seconds of the search that a machine is measured by.
+STANDARD = 0.022
 
 
 @dataclass(frozen=True)
@@ -75,14 +73,21 @@ def build_seconds(kind: str, discs: int) -> float:
 
 @cache
 def this_machine() -> Machine:
-    """Measured once per process, in about a tenth of a second: one search again and again, alone and side by side."""
-    discs, segments = _standard_field(4000, 4000)
-    search, counts = DiscIndex(discs, "grid"), Counts()
-    _exhaust(search, segments, counts)
-    taken = min(_processor_seconds(search, segments) for _ in range(3))
-    expected = search_seconds("grid", counts.totals(), len(segments), len(segments))
-    # The best of a few: what else the machine does only takes away.
-    return Machine(taken / (STANDARD * expected), max(_parallel(search, segments) for _ in range(2)))
+    """Measured once per process, in about a tenth of a second."""
+    rounds = [measured_machine() for _ in range(3)]
+    slowness = sorted(machine.slowness for machine in rounds)
+    # Two threads that meet an idle processor too late look like one.
+    return Machine(slowness[1], max(machine.parallel for machine in rounds))
+
+
+def measured_machine() -> Machine:
+    """How fast it is at this moment: one search on every processor at the same time."""
+    search, segments = _standard_search()
+    workers = worker_count()
+    begin = time.perf_counter()
+    used = sum(ordered_map(lambda _: _processor_seconds(search, segments), range(workers)))
+    parallel = float(np.clip(used / (time.perf_counter() - begin), 1.0, workers))
+    return Machine(used / workers / STANDARD, parallel)
 
 
 def bare_segments(origins: np.ndarray, ends: np.ndarray) -> Segments:
@@ -90,25 +95,20 @@ def bare_segments(origins: np.ndarray, ends: np.ndarray) -> Segments:
     return Segments(origins, ends, np.ones((len(origins), 3)), np.zeros(len(origins), np.uint16))
 
 
-def _parallel(search, segments: Segments) -> float:
-    """How many times faster all processors search than one, at least 1 and at most their number."""
-    workers = worker_count()
-    if workers == 1:
-        return 1.0
-    begin = time.perf_counter()
-    used = sum(ordered_map(lambda _: _processor_seconds(search, segments), range(workers)))
-    return float(np.clip(used / (time.perf_counter() - begin), 1.0, workers))
-
-
-def _processor_seconds(search, segments: Segments) -> float:
+def _processor_seconds(search: DiscIndex, segments: Segments) -> float:
     begin = time.thread_time()
-    _exhaust(search, segments)
+    for _ in search.crossings(segments):
+        pass
     return time.thread_time() - begin
 
 
-def _exhaust(search, segments: Segments, counts: Counts | None = None) -> None:
-    for _ in search.crossings(segments, counts):
-        pass
+@cache
+def _standard_search() -> tuple[DiscIndex, Segments]:
+    discs, segments = _standard_field(4000, 4000)
+    search = DiscIndex(discs, "grid")
+    # The first time is slower.
+    _processor_seconds(search, segments)
+    return search, segments
 
 
 def _standard_field(points: int, lines: int) -> tuple[TangentDiscs, Segments]:

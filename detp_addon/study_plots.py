@@ -9,7 +9,10 @@ from ..core.errors import DetpError
 from ..core.study.report import PLOTS
 from ..core.study.run import Findings
 
-_NAMES = {"grid": "Disc Indexing, grid", "tree": "Disc Indexing, tree", "sphere-cache": "Sphere Cache"}
+_NAMES = {
+    "grid": "Disc Indexing, grid", "tree": "Disc Indexing, tree", "sphere-cache": "Sphere Cache",
+    "compiled grid": "Disc Indexing, compiled grid", "brute-force": "brute force",
+}  # fmt: skip
 
 
 class NoPlotsError(DetpError):

@@ -32,11 +32,16 @@ def load_study_scene(name: str, path: Path, segments: int) -> StudyScene:
         export = read_scene(bpy.context.scene, bpy.context.view_layer, None, "CORNER")
     caster = RayCaster(export.scene.corners)
     settings = BakeSettings(quality="preview")
-    radius = chosen_disc(export.scene, caster, export.centres, export.normals, settings).radius
-    tracer = PhotonTracer(export.scene, caster, export.scene.bounds.expanded(2 * radius), settings.bounces)
+    disc = chosen_disc(export.scene, caster, export.centres, export.normals, settings)
+    tracer = PhotonTracer(export.scene, caster, export.scene.bounds.expanded(2 * disc.radius), settings.bounces)
     parts: list[Segments] = []
     while sum(map(len, parts)) < segments:
         generator = np.random.default_rng(np.random.SeedSequence(0, spawn_key=(2, len(parts))))
         parts.append(tracer.trace(PHOTONS, generator).segments)
-    traced = Segments.joined(parts).spread(segments)
-    return StudyScene(name, len(export.scene.triangles), export.centres, export.normals, radius, traced)
+    traced = Segments.joined(parts)
+    # A bake leaves direct light to shadow rays, and searches the rest.
+    searched = np.count_nonzero(traced.bounce) * disc.photons // (PHOTONS * len(parts))
+    return StudyScene(
+        name, len(export.scene.triangles), export.centres, export.normals, disc.radius, traced.spread(segments),
+        max(1, searched),
+    )  # fmt: skip

@@ -25,13 +25,14 @@ from .sphere_cache import SphereCache
 #: Segments that a bake may have, when it does not say.
 EXPECTED = 1 << 19
 #: Least and most segments of the pilot that are searched to count.
-PILOT = (128, 2048)
+PILOT = (128, 4096)
 #: Lists of one chunk of segments that the Sphere Cache makes for each disc; 0.04 to 0.15 in the samples.
 LISTS_PER_DISC = 0.1
 #: More discs than this are not left to brute force.
 FEW = 64
-#: Another search is built and tried when that takes at most this share of the time that the first will need.
-TRIAL = 0.04
+#: Other searches are built and tried when that takes at most this share of the time that the first will need, and the
+#: rough plan gives them less than so many times what it gives the first: it is right to a factor of two.
+TRIAL, HOPELESS = 0.04, 2.5
 
 _TITLES = {
     "grid": "Disc Indexing with a grid",
@@ -145,9 +146,9 @@ def made(kind: str, discs: TangentDiscs, expected: int, cell: float | None = Non
 def _sphere_chunk(discs: int) -> int:
     """Segments whose lists the Sphere Cache keeps together: enough that making lists is a tenth of its work.
 
-    It makes about one for ten discs (LISTS_PER_DISC) at 9 us, and else needs about 8 us a segment, see UNIT_COSTS.
+    It makes about one for ten discs (LISTS_PER_DISC) at 6 us, and else needs about 5 us a segment, see UNIT_COSTS.
     """
-    enough = LISTS_PER_DISC * discs * 9.0 / (0.1 * 8.0)
+    enough = LISTS_PER_DISC * discs * 6.0 / (0.1 * 5.0)
     return 1 << int(np.clip(np.ceil(np.log2(max(enough, 1.0))), 15, 18))
 
 
@@ -178,9 +179,11 @@ def _chosen(task: Task) -> tuple[Gatherer, str]:
     if _compiled(task):
         first, kinds = "compiled grid", ["brute-force", *(["tree"] if task.plan.uneven else [])]
     candidates = [tried(first, task)]
-    for kind in kinds:
-        few = kind != "brute-force" or len(task.discs) <= FEW
-        if few and kind != first and build_seconds(kind, len(task.discs)) <= TRIAL * candidates[0].seconds:
+    left = TRIAL * candidates[0].seconds
+    trials = {kind: _trial_seconds(kind, task, first) for kind in kinds if kind != first}
+    for kind in sorted(trials, key=trials.get):
+        left -= trials[kind]
+        if left >= 0.0:
             candidates.append(tried(kind, task))
     best, *others = sorted(candidates, key=lambda candidate: candidate.seconds)
     if others:
@@ -193,12 +196,23 @@ def _chosen(task: Task) -> tuple[Gatherer, str]:
     return best.gatherer, f"{_TITLES[best.kind]}: {why}."
 
 
+def _trial_seconds(kind: str, task: Task, first: str) -> float:
+    """Reference seconds that building and trying a search takes; infinite if it cannot be faster than ``first``."""
+    if kind == "brute-force":
+        return 0.0 if len(task.discs) <= FEW else np.inf
+    plan = task.plan.seconds
+    if first in plan and plan[kind] > HOPELESS * plan[first]:
+        return np.inf
+    # Each of a few segments takes longer than each of many.
+    return build_seconds(kind, len(task.discs)) + 2.0 * plan[kind] * len(task.pilot) / task.expected
+
+
 def _said(seconds: float) -> str:
     return f"{seconds:.1f} s" if seconds >= 0.95 else f"{seconds:.1g} s"
 
 
 def pilot_of(discs: TangentDiscs, expected: int, pilot: Segments | None) -> Segments:
-    """A hundredth of the ``expected`` segments, but 128 to 2048, evenly from the ``pilot``.
+    """A hundredth of the ``expected`` segments, but 128 to 4096, evenly from the ``pilot``.
 
     Without any, ways between the discs' centres, as light would go in a convex room.
     """

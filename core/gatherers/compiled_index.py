@@ -88,6 +88,8 @@ class CompiledIndex:
 
         for _ in ordered_map(grown, range(ANY_WAY + 1)):
             pass
+        held = (self._boxes, self._first_patch, self._block, self._slabs, self._numbers, self._member, self._discs)
+        self._distance = float(np.log2(1.0 + sum(array.nbytes for array in held) / (1 << 20)))
 
     def __len__(self) -> int:
         return self._count
@@ -111,6 +113,7 @@ class CompiledIndex:
             )  # fmt: skip
             if counts is not None:
                 numbers = {"segments": begun - before, "crossings": found} | dict(zip(TALLIED, tally, strict=True))
+                numbers["far"] = round(self._distance * numbers["nodes"])
                 for kind, number in numbers.items():
                     counts.note(kind, number)
             yield Crossings(segment[:found].copy(), disc[:found].copy())

@@ -16,12 +16,13 @@ FACTORS = (1.0, 1.25, 1.6, 2.0, 2.5)
 #: Discs and segments among which crossings are counted for :func:`crossings_per_segment`.
 DISCS, SEGMENTS = 2000, 512
 # Reference nanoseconds for each disc to build a search, and for each place of a disc in a cell, and each cell.
-_DISC, _ENTRY, _CELL = {"grid": 1800.0, "tree": 4200.0, "sphere-cache": 3500.0}, 190.0, 170.0
-# For the way of a segment to the discs: through 5 cells, 150 nodes or 120 spheres in most samples, and their patches.
-_WAY = {"grid": 1300.0, "tree": 8700.0, "sphere-cache": 6500.0}
-# For a ball, an exact test and a crossing, as in unit_costs.py; for a crossing's patches, by kind.
-_BALL, _TEST, _CROSSING = 39.0, 71.0, 92.0
-_PATCHES = {"grid": 70.0, "tree": 300.0, "sphere-cache": 100.0}
+_DISC, _ENTRY, _CELL = {"grid": 1800.0, "tree": 2900.0, "sphere-cache": 2600.0}, 190.0, 170.0
+# For the way of a segment to the discs: through a few cells, 100 nodes or 120 spheres in most samples, and their
+# patches.
+_WAY = {"grid": 300.0, "tree": 2800.0, "sphere-cache": 3700.0}
+# For a ball, an exact test and a crossing, as in unit_costs.py; for a crossing's patches and nodes, by kind.
+_BALL, _TEST, _CROSSING = 22.0, 49.0, 87.0
+_PATCHES = {"grid": 40.0, "tree": 460.0, "sphere-cache": 250.0}
 
 
 @dataclass(frozen=True)
@@ -45,8 +46,8 @@ def planned(discs: TangentDiscs, segments: int, crossings: float, spacing: float
     crossings  expected of one segment
     spacing    their mean_spacing, if it is known already
 
-    With y = cell / d a disc lies in about 1.2 + 4/y + 4.5/y^2 cells, and for each crossing 5 (1 + 0.9 y)^2 balls and
-    6 (1 + 0.2 y)^2 discs are tested, because a disc is met again in each of its cells; in the tree 4 and 2.5, by the
+    With y = cell / d a disc lies in about 1.2 + 4/y + 4.5/y^2 cells, and for each crossing 5.5 (1 + 0.9 y)^2 balls and
+    6.5 (1 + 0.2 y)^2 discs are tested, because a disc is met again in each of its cells; in the tree 4 and 2.5, by the
     Sphere Cache 20 and 12. Measured on the samples and on real scenes where the radius is larger than the spacing.
     """
     fitting, ideal = grid_bounds(discs), wanted_cell(discs, spacing)
@@ -62,7 +63,7 @@ def planned(discs: TangentDiscs, segments: int, crossings: float, spacing: float
         y = factor * wanted / radius
         cells = np.prod(size / (factor * wanted) + 2.0)
         building = _CELL * cells + _ENTRY * len(discs) * (1.2 + 4.0 / y + 4.5 / y**2)
-        return building + cost("grid", 5.0 * (1.0 + 0.9 * y) ** 2, 6.0 * (1.0 + 0.2 * y) ** 2)
+        return building + cost("grid", 5.5 * (1.0 + 0.9 * y) ** 2, 6.5 * (1.0 + 0.2 * y) ** 2)
 
     factor = min(FACTORS, key=grid)
     nanoseconds = {

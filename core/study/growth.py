@@ -34,7 +34,7 @@ GATHERERS = {
 STUDY = {"small_discs": 1.0 / 3.0, "large_discs": 1.0}
 
 
-def growth_rows(sizes: tuple[int, ...], lines: tuple[int, ...], repeats: int) -> list[dict]:
+def growth_rows(sizes: tuple[int, ...], lines: tuple[int, ...]) -> list[dict]:
     """Work and time over n_P with the last of ``lines``, and over n_R with the middle of ``sizes``."""
     cases = [(size, lines[-1]) for size in sizes] + [(sizes[len(sizes) // 2], count) for count in lines[:-1]]
     rows = []
@@ -48,12 +48,12 @@ def growth_rows(sizes: tuple[int, ...], lines: tuple[int, ...], repeats: int) ->
                 for name, make in GATHERERS.items():
                     case = {"gatherer": name, "discs": discs_are, "points": kind, "n_P": points, "n_R": count}
                     problem = SearchProblem(count, points, radius, 1.0 + radius, KINDS[kind])
-                    rows.append(case | {"theory": theory(name, problem)} | _measured(make, discs, segments, repeats))
+                    rows.append(case | {"theory": theory(name, problem)} | _measured(make, discs, segments))
     return rows
 
 
-def _measured(make, discs: TangentDiscs, segments, repeats: int) -> dict:
-    counts, time = counted_and_timed(make(discs), segments, repeats)
+def _measured(make, discs: TangentDiscs, segments) -> dict:
+    counts, time = counted_and_timed(make(discs), segments, repeats=1)
     return {"work": counts["work"], "crossings": counts["crossings"], "seconds": time.processor}
 
 

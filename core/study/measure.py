@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,10 @@ import numpy as np
 from ..gatherers.counts import Counts
 from ..gatherers.gatherer import Gatherer
 from ..segments import Segments
+from ..unit_costs import Machine, measured_machine
+
+#: An action that is timed in turn with others is not repeated when it has taken more seconds than this.
+ENOUGH = 0.7
 
 # Quantiles of Student's t for 95 % intervals, by degrees of freedom from 1.
 _STUDENT = (12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23)
@@ -17,7 +22,7 @@ _STUDENT = (12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23)
 
 @dataclass(frozen=True)
 class Timing:
-    """Least ``wall`` and ``processor`` seconds of a few runs; processor seconds add up over the threads."""
+    """``wall`` and ``processor`` seconds, least or median of a few runs; processor seconds add up over the threads."""
 
     wall: float
     processor: float
@@ -45,6 +50,30 @@ def timed(action, repeats: int) -> Timing:
         walls.append(time.perf_counter() - wall)
         processors.append(time.process_time() - processor)
     return Timing(min(walls), min(processors))
+
+
+def in_turn(actions: dict[str, Callable[[], object]], repeats: int) -> tuple[dict[str, Timing], Machine]:
+    """Median times of ``actions`` run in turn, each so often, and how fast the machine usually was meanwhile.
+
+    A processor that others use too is now faster, now slower, for seconds at a time. Each time is therefore put right
+    by the machine's speed measured just before and after, which is why such times can be compared. What takes long is
+    not repeated.
+    """
+    runs: dict[str, list[tuple[float, float]]] = {name: [] for name in actions}
+    spent = dict.fromkeys(actions, 0.0)
+    machines = [measured_machine()]
+    for _ in range(max(1, repeats)):
+        for name, action in actions.items():
+            if spent[name] > ENOUGH:
+                continue
+            took = timed(action, 1)
+            machines.append(measured_machine())
+            spent[name] += took.wall
+            slowness = 0.5 * (machines[-2].slowness + machines[-1].slowness)
+            runs[name].append((took.wall / slowness, took.processor / slowness))
+    slowness, parallel = np.median([(machine.slowness, machine.parallel) for machine in machines], axis=0)
+    times = {name: Timing(*(slowness * np.median(run, axis=0))) for name, run in runs.items()}
+    return times, Machine(float(slowness), float(parallel))
 
 
 def searched(gatherer: Gatherer, segments: Segments, counts: Counts | None = None) -> int:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..compiled import kernels
 from ..errors import DetpError
 from ..unit_costs import UNIT_COSTS, this_machine
 from . import crofton, growth, q_scan, searches
@@ -20,22 +21,22 @@ from .scene import StudyScene
 class Extent:
     """How much of everything: less for --quick."""
 
-    q_points: int = 20_000
-    q_lines: int = 10_000
+    q_points: int = 10_000
+    q_lines: int = 4000
     growth_points: tuple[int, ...] = (2000, 6000, 20_000, 60_000, 200_000)
-    growth_lines: tuple[int, ...] = (1000, 2000, 4000, 8000)
+    growth_lines: tuple[int, ...] = (500, 1000, 2000)
     spacings: tuple[float, ...] = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
-    scan_segments: int = 100_000
-    choice_segments: int = 1 << 18
+    scan_segments: int = 1 << 16
+    choice_segments: int = 1 << 17
     choice_radii: tuple[float, ...] = (0.3, 1.0)
     crofton_lines: int = 400_000
-    repeats: int = 3
+    repeats: int = 5
 
 
 QUICK = Extent(
     q_points=4000, q_lines=2000, growth_points=(1000, 3000, 10_000, 30_000), growth_lines=(500, 1000, 2000),
-    spacings=(0.25, 1.0, 4.0, 12.0), scan_segments=50_000, choice_segments=1 << 17, choice_radii=(1.0,),
-    crofton_lines=200_000, repeats=2,
+    spacings=(0.25, 1.0, 4.0, 12.0), scan_segments=1 << 15, choice_segments=1 << 16, choice_radii=(1.0,),
+    crofton_lines=200_000, repeats=3,
 )  # fmt: skip
 
 
@@ -59,7 +60,7 @@ def run(
     yield "Which Q is best"
     found.tables["q"], found.tables["slack"] = _q_tables(extent)
     yield "How the work grows"
-    found.tables["growth"] = growth.growth_rows(extent.growth_points, extent.growth_lines, extent.repeats)
+    found.tables["growth"] = growth.growth_rows(extent.growth_points, extent.growth_lines)
     yield "Whether shares follow surfaces"
     ideal, uneven, by_radius, choices = crofton.ideal(extent.crofton_lines), [], [], []
     for name, load in {**scans, **scenes}.items():
@@ -86,7 +87,7 @@ def run(
 def _q_tables(extent: Extent) -> tuple[list[dict], list[dict]]:
     rows, slack = [], []
     for kind in KINDS:
-        rows += q_scan.q_rows(kind, extent.q_points, extent.q_lines, extent.repeats - 1)
+        rows += q_scan.q_rows(kind, extent.q_points, extent.q_lines, repeats=1)
         # Unsorted walks need many times the tests, so fewer segments and points show it.
         few = (extent.q_points // 4, extent.q_lines // 8)
         rows += q_scan.q_rows(kind, *few, repeats=1, sort=False, least=0.45, most=0.8)
@@ -99,15 +100,13 @@ def _figures(tables: dict[str, list[dict]], ideal: dict) -> dict:
     walks = {kind: [row for row in tables["q"] if row["points"] == kind and row["sorted"]] for kind in KINDS}
     names = list(dict.fromkeys(row["scene"] for row in tables["radius"]))
     scans = {name: [row for row in tables["radius"] if row["scene"] == name] for name in names}
-    ratios = {name: searches.disc_index_over_sphere_cache(rows, "processor") for name, rows in scans.items()}
     tried = [row for row in [*tables["choice"], *tables["radius"]] if row["search"] != "auto"]
     autos = [row for row in [*tables["choice"], *tables["radius"]] if row["search"] == "auto"]
-    off = [row["predicted processor"] / row["processor"] for row in tried]
-    on_samples = [row for row in autos if row in tables["choice"]]
     return {
         "q_optimum": {kind: q_scan.optimum(rows, "tests") for kind, rows in walks.items()},
         "q_optimum_seconds": {kind: q_scan.optimum(rows, "seconds") for kind, rows in walks.items()},
-        "disc_index_saving": {name: 1.0 - ratio[0][1] for name, ratio in ratios.items()},
+        "disc_index_saving": {name: _saving(rows, "grid") for name, rows in scans.items()},
+        "disc_index_saving_tree": {name: _saving(rows, "tree") for name, rows in scans.items()},
         "exponents": growth.exponents(tables["growth"]),
         "crossover_d_over_spacing": {
             name: {
@@ -119,30 +118,53 @@ def _figures(tables: dict[str, list[dict]], ideal: dict) -> dict:
             for name, rows in scans.items()
         },
         "cauchy_crofton": ideal,
-        "auto_regret": max(row["regret"] for row in on_samples),
+        "auto_regret": max(row["regret"] for row in autos if row in tables["choice"]),
         "auto_regret_over_radii": max(row["regret"] for row in autos),
-        "predicted_over_measured": {"least": min(off), "median": float(np.median(off)), "most": max(off)},
+        "predicted_over_measured": _predictions(tried, "predicted processor", "processor"),
+        "predicted_over_measured_wall": _predictions(tried, "predicted", "seconds"),
+        "kernels": kernels() is not None,
         "machine": {"slowness": this_machine().slowness, "parallel": this_machine().parallel},
     }
 
 
+def _saving(rows: list[dict], index: str) -> float:
+    """What Disc Indexing saves of the Sphere Cache's time for the smallest discs."""
+    return 1.0 - searches.disc_index_over_sphere_cache(rows, "processor", index)[0][1]
+
+
+def _predictions(rows: list[dict], predicted: str, measured: str) -> dict:
+    """Least, median and most of predicted over measured time, of all searches and by kind."""
+
+    def summed_up(some: list[dict]) -> dict[str, float]:
+        off = [row[predicted] / row[measured] for row in some]
+        return {"least": min(off), "median": float(np.median(off)), "most": max(off)}
+
+    kinds = dict.fromkeys(row["search"] for row in rows)
+    return summed_up(rows) | {kind: summed_up([row for row in rows if row["search"] == kind]) for kind in kinds}
+
+
 def unit_cost_rows(rows: list[dict]) -> list[dict]:
-    """Nanoseconds of each comparison here, fitted to all searches in ``rows``, beside UNIT_COSTS."""
+    """Nanoseconds of each comparison here, fitted to all searches in ``rows``, beside UNIT_COSTS.
+
+    With NumPy all searches share the code for patches, discs, tests and crossings.
+    """
     shared = ("patches", "discs", "tests", "crossings")
-    names = [(kind, name) for kind in searches.SEARCHES for name in UNIT_COSTS[kind] if name not in shared]
-    names += [("all", name) for name in shared]
     tried = [row for row in rows if row["search"] != "auto"]
-    counts = np.array(
-        [
-            [row.get(name, 1.0) * row["n_R"] if kind in (row["search"], "all") else 0.0 for kind, name in names]
-            for row in tried
-        ]
-    )
+    kinds = list(dict.fromkeys(row["search"] for row in tried))
+    sharing = [kind for kind in kinds if set(shared) <= set(UNIT_COSTS[kind])]
+    names = [(kind, name) for kind in kinds for name in UNIT_COSTS[kind] if kind not in sharing or name not in shared]
+    names += [("with NumPy", name) for name in shared]
+
+    def count(row: dict, kind: str, name: str) -> float:
+        here = row["search"] in sharing if kind == "with NumPy" else row["search"] == kind
+        return row.get(name, 1.0) * row["n_R"] if here else 0.0
+
+    counts = np.array([[count(row, kind, name) for kind, name in names] for row in tried])
     here = least_squares_costs(counts, np.array([row["processor"] for row in tried]))
     return [
         {
             "search": kind, "comparison": name, "ns here": 1e9 * cost,
-            "reference": UNIT_COSTS[kind if kind != "all" else "grid"][name],
+            "reference": UNIT_COSTS[kind if kind in UNIT_COSTS else "grid"][name],
         }
         for (kind, name), cost in zip(names, here, strict=True)
     ]  # fmt: skip

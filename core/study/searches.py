@@ -2,58 +2,81 @@
 
 from __future__ import annotations
 
-from ..discs import TangentDiscs
-from ..gatherers.choose import Task, made, make_gatherer, predicted_seconds
+from functools import partial
+
+from ..compiled import kernels
+from ..gatherers.choose import FEW, Task, made, make_gatherer, predicted_seconds
 from ..gatherers.gatherer import Gatherer
-from ..segments import Segments
-from ..unit_costs import search_lanes, this_machine
-from .measure import counted_and_timed, crossing, searched, timed
+from ..unit_costs import Machine, search_lanes
+from .measure import Timing, counted, crossing, in_turn
 from .scene import StudyScene
 
-#: The kinds that the study compares; brute force is out of the question for scenes of its size.
-SEARCHES = ("grid", "tree", "sphere-cache")
+
+def searches(discs: int) -> tuple[str, ...]:
+    """The kinds that are compared for so many ``discs``: brute force is out of the question for scenes of any size."""
+    compiled = ("compiled grid",) if kernels() is not None else ()
+    return ("grid", "tree", "sphere-cache", *compiled, *(("brute-force",) if discs <= FEW else ()))
 
 
 def scene_rows(scene: StudyScene, radius: float, segments: int, repeats: int) -> list[dict]:
-    """One row for each of SEARCHES, and one for auto, for so many segments and discs of ``radius`` metres."""
-    discs, some = scene.discs(radius), scene.some(segments)
-    case = {"scene": scene.name, "n_P": len(discs), "n_R": len(some), "d": radius, "d/spacing": radius / scene.spacing}
-    task = Task.of(discs, len(some), some)
-    rows = [case | _measured(kind, task, some, repeats) for kind in SEARCHES]
-    return [*rows, case | _automatic(rows, discs, some, repeats)]
+    """One row for each kind of search, and one for auto, for discs of ``radius`` metres.
 
-
-def _measured(kind: str, task: Task, segments: Segments, repeats: int) -> dict:
-    """A search built with the options that auto would give it."""
-    built: list[Gatherer] = []
-    building = timed(lambda: built.append(made(kind, task.discs, task.expected, task.plan.cell)), repeats)
-    gatherer = built[-1]
-    counts, searching = counted_and_timed(gatherer, segments, repeats)
-    predicted, machine = predicted_seconds(kind, gatherer, task.expected, task.pilot), this_machine()
-    return {
-        "search": kind, "build": building.wall, "seconds": searching.wall, "processor": searching.processor,
-        "predicted": machine.wall_seconds(predicted, search_lanes(len(segments), gatherer.chunk)),
-        "predicted processor": machine.slowness * predicted,
-        **{name: value / len(segments) for name, value in counts.items() if name != "segments"},
-    }  # fmt: skip
-
-
-def _automatic(rows: list[dict], discs: TangentDiscs, segments: Segments, repeats: int) -> dict:
-    """What auto takes, what choosing and building cost, and its time in all over that of the best choice.
-
-    Its search is one of those in ``rows``, so its time is theirs: the same search timed twice would only add the
-    machine's moods.
+    So many ``segments`` are searched and timed. But searches are built, and auto chooses, for as many as a bake of the
+    scene has: it counts what choosing and building take there. Seconds are those of this machine at its usual speed.
     """
-    chosen = []
-    choosing = timed(lambda: chosen.append(make_gatherer("auto", discs, len(segments), segments)), repeats)
-    gatherer, reason = chosen[-1]
-    kind = gatherer.index if gatherer.name == "disc-index" else gatherer.name
-    own = next((row for row in rows if row["search"] == kind), None)
-    seconds = own["seconds"] if own else timed(lambda: searched(gatherer, segments), repeats).wall
-    best = min(row["build"] + row["seconds"] for row in rows)
+    discs, some = scene.discs(radius), scene.some(segments)
+    task = Task.of(discs, scene.expected, some)
+    kinds = searches(len(discs))
+    built: dict[str, Gatherer] = {}
+    counts: dict[str, dict[str, int]] = {}
+    reasons: list[str] = []
+
+    def build(kind: str) -> None:
+        # The one before would be in the way.
+        built.pop(kind, None)
+        built[kind] = made(kind, discs, scene.expected, task.plan.cell)
+
+    def choose() -> None:
+        built["auto"], reason = make_gatherer("auto", discs, scene.expected, some)
+        reasons.append(reason)
+
+    def search(kind: str) -> None:
+        counts[kind] = counted(built[kind], some)
+
+    building, _ = in_turn({kind: partial(build, kind) for kind in kinds} | {"auto": choose}, repeats)
+    searching, machine = in_turn({kind: partial(search, kind) for kind in kinds}, repeats)
+    case = {
+        "scene": scene.name, "n_P": len(discs), "n_R": len(some), "n_R of a bake": scene.expected, "d": radius,
+        "d/spacing": radius / scene.spacing,
+    }  # fmt: skip
+    rows = [
+        case | {"search": kind, "build": building[kind].wall} | _times(searching[kind])
+        | _predicted(kind, built[kind], task, len(some), machine)
+        | {name: value / len(some) for name, value in counts[kind].items() if name != "segments"}
+        for kind in kinds
+    ]  # fmt: skip
+    auto = built["auto"]
+    took = auto.index if auto.name == "disc-index" else auto.name
+    share = scene.expected / len(some)
+    best = min(row["build"] + share * row["seconds"] for row in rows)
+    # The search that auto takes is one of those in ``rows``, so its time is theirs.
+    regret = (building["auto"].wall + share * searching[took].wall) / best
+    return [*rows, case | {
+        "search": "auto", "took": took, "build": building["auto"].wall, **_times(searching[took]), "regret": regret,
+        "reason": reasons[-1],
+    }]  # fmt: skip
+
+
+def _times(timing: Timing) -> dict:
+    return {"seconds": timing.wall, "processor": timing.processor}
+
+
+def _predicted(kind: str, gatherer: Gatherer, task: Task, segments: int, machine: Machine) -> dict:
+    """What the cost model gives for so many segments."""
+    seconds = predicted_seconds(kind, gatherer, segments, task.pilot)
+    lanes = search_lanes(segments, getattr(gatherer, "chunk", segments))
     return {
-        "search": "auto", "took": kind, "build": choosing.wall, "seconds": seconds,
-        "regret": (choosing.wall + seconds) / best, "reason": reason,
+        "predicted": machine.wall_seconds(seconds, lanes), "predicted processor": machine.slowness * seconds,
     }  # fmt: skip
 
 

@@ -59,7 +59,7 @@ def test_it_draws_every_plot(tmp_path):
 
     generator = np.random.default_rng(1)
     discs = uniform_discs("surface", 300, 0.1, generator)
-    scene = StudyScene("ball", 600, discs.centres, discs.normals, 0.1, uniform_lines(1500, generator))
+    scene = StudyScene("ball", 600, discs.centres, discs.normals, 0.1, uniform_lines(1500, generator), 3000)
     steps = run.run({"ball": lambda: scene}, {}, TINY)
     while True:
         try:

@@ -2,18 +2,20 @@
 
 import csv
 import io
+import itertools
 import json
 
 import numpy as np
 import pytest
 from detp.core.errors import NoLightError
 from detp.core.gatherers.balanced_tree import BalancedTree
-from detp.core.study import growth, q_scan, report
+from detp.core.study import growth, measure, q_scan, report
 from detp.core.study.fields import spacing, uniform_discs, uniform_lines
 from detp.core.study.measure import crossing, least_squares_costs, lowest
 from detp.core.study.measure import growth as fitted_growth
 from detp.core.study.run import Extent, run
 from detp.core.study.scene import StudyScene
+from detp.core.unit_costs import Machine
 
 TINY = Extent(
     q_points=400, q_lines=160, growth_points=(200, 400, 800), growth_lines=(50, 100, 200), spacings=(0.5, 4.0),
@@ -78,7 +80,7 @@ def test_an_unbalanced_tree_is_deeper_and_finds_the_same():
 def room(name, points, seed):
     generator = np.random.default_rng(seed)
     discs, lines = uniform_discs("surface", points, 0.1, generator), uniform_lines(2000, generator)
-    return StudyScene(name, 2 * points, discs.centres, discs.normals, 0.1, lines)
+    return StudyScene(name, 2 * points, discs.centres, discs.normals, 0.1, lines, 3000)
 
 
 def test_the_whole_study_in_miniature():
@@ -112,4 +114,29 @@ def test_the_whole_study_in_miniature():
     text = report.as_markdown(found, "detp study", pictures=True)
     assert text.count("\n## ") == 7 and "(radius.svg)" in text and "| nan" not in text
     assert "svg" not in report.as_markdown(found, "detp study", pictures=False)
-    assert {row["search"] for row in found.tables["unit_costs"]} == {"grid", "tree", "sphere-cache", "all"}
+    assert {"grid", "tree", "sphere-cache", "with NumPy"} <= {row["search"] for row in found.tables["unit_costs"]}
+
+
+def test_times_in_turn_are_put_right_by_the_speed_of_the_moment(monkeypatch):
+    clock, slow = [0.0], itertools.count(2.0)
+    monkeypatch.setattr(measure.time, "perf_counter", lambda: clock[0])
+    monkeypatch.setattr(measure.time, "process_time", lambda: 2.0 * clock[0])
+    pace = [1.0]
+
+    def machine():
+        pace.append(next(slow))
+        return Machine(pace[-1], 1.5)
+
+    monkeypatch.setattr(measure, "measured_machine", machine)
+
+    def work(seconds, name):
+        # Half of it at the speed that was measured, half at the one that will be.
+        done.append(name)
+        clock[0] += seconds * (pace[-1] + 0.5)
+
+    done = []
+    times, usual = measure.in_turn({"short": lambda: work(0.01, "short"), "long": lambda: work(3.0, "long")}, 3)
+    assert done == ["short", "long", "short", "short"]
+    assert usual == Machine(4.0, 1.5)
+    assert times["short"].wall == pytest.approx(0.01 * 4.0)
+    assert times["long"].processor == pytest.approx(2.0 * 3.0 * 4.0)

@@ -24,7 +24,14 @@ UNIT_COSTS = {
     "tree": {"segments": 306.0, "nodes": 32.0, **_SHARED},
     "sphere-cache": {"nodes": 17.0, "lists": 6100.0, **_SHARED},
     "brute-force": {"tests": 30.0},
-    "compiled grid": {"segments": 126.0, "nodes": 28.0, "far": 19.0, "patches": 0.7, "discs": 5.6},
+    "compiled grid": {
+        "segments": 128.0,
+        "nodes": 27.0,
+        "far": 19.0,
+        "patches": 2.0,
+        "discs": 4.9,
+        "tests": 10.0,
+    },
 }
 
 #: Nanoseconds to build a search, for each disc; the grid's cells and entries are known beforehand, see search_plan.py.

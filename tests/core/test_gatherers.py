@@ -296,7 +296,9 @@ def test_the_gatherers_have_the_names_of_the_command_line_and_say_why():
     assert make_gatherer("auto", discs.taken(slice(0)))[0].name == "disc-index"
 
 
-def test_a_few_distant_discs_turn_the_index_into_a_tree():
+def test_a_few_distant_discs_turn_the_index_into_a_tree(monkeypatch):
+    # Kernels are faster even with all discs in one cell.
+    monkeypatch.setenv("DETP_COMPILED", "off")
     generator = np.random.default_rng(2)
     near = generator.uniform(0, 1, (2000, 3)) * [1, 1, 0]
     centres = np.concatenate([near, generator.uniform(-1e4, 1e4, (50, 3))])

@@ -49,6 +49,7 @@ class DiscIndex:
         self._test = ExactTest(discs, self._order)
         make = partial(DiscGrid, cell=cell) if index == "grid" else INDEXES.get(index, index)
         self._search: DiscSearch | None = make(discs.taken(self._order)) if len(discs) else None
+        self.cell = getattr(self._search, "cell", None)
 
     def crossings(self, segments: Segments, counts: Counts | None = None) -> Iterator[Crossings]:
         """Yield all crossings of ``segments``, each pair once, in chunks of bounded size."""

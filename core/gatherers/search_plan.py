@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..discs import TangentDiscs
 from ..segments import Segments
-from .disc_grid import grid_bounds, wanted_cell
+from .disc_grid import ENTRIES, grid_bounds, wanted_cell
 from .disc_index import COARSE, DiscIndex
 
 #: Cells considered, over those that are searched fastest.
 FACTORS = (1.0, 1.25, 1.6, 2.0, 2.5)
+#: Most discs that are looked at to plan a grid's cells.
+SAMPLE = 1 << 13
 #: Discs and segments among which crossings are counted for :func:`crossings_per_segment`.
 DISCS, SEGMENTS = 2000, 512
 # Reference nanoseconds for each disc to build a search, and for each place of a disc in a cell, and each cell.
@@ -50,7 +53,8 @@ def planned(discs: TangentDiscs, segments: int, crossings: float, spacing: float
     6.5 (1 + 0.2 y)^2 discs are tested, because a disc is met again in each of its cells; in the tree 4 and 2.5, by the
     Sphere Cache 20 and 12. Measured on the samples and on real scenes where the radius is larger than the spacing.
     """
-    fitting, ideal = grid_bounds(discs), wanted_cell(discs, spacing)
+    ideal = wanted_cell(discs, spacing)
+    fitting = _bounds(discs)
     wanted = fitting(ideal)
     radius = float(np.median(discs.radii))
     size = np.ptp(discs.centres, axis=0) + 2.0 * radius
@@ -73,6 +77,15 @@ def planned(discs: TangentDiscs, segments: int, crossings: float, spacing: float
     }
     seconds = {kind: 1e-9 * float(value) for kind, value in nanoseconds.items()}
     return SearchPlan(seconds, fitting(factor * wanted), wanted >= COARSE * ideal)
+
+
+def _bounds(discs: TangentDiscs) -> Callable[[float], float]:
+    """:func:`.disc_grid.grid_bounds` from some of the ``discs``, those farthest out among them."""
+    if len(discs) <= SAMPLE:
+        return grid_bounds(discs)
+    ends = np.concatenate([discs.centres.argmin(axis=0), discs.centres.argmax(axis=0)])
+    rows = np.concatenate([ends, np.linspace(0, len(discs) - 1, SAMPLE).astype(np.int64)])
+    return grid_bounds(discs.taken(rows), entries=ENTRIES * len(rows) // len(discs))
 
 
 def crossings_per_segment(discs: TangentDiscs, pilot: Segments) -> float:

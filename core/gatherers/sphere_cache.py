@@ -59,12 +59,14 @@ class SphereCache:
             raise InvalidSettingError(f"The last sphere's radius must be greater than 0 m, not {last_radius:g}.")
         self._order = curve_order(discs.centres) if sort else np.arange(len(discs))
         self._test = ExactTest(discs, self._order)
+        self.q, self.sorted = q, sort
         self._short, self.chunk = short, chunk or SEGMENTS
         if len(discs) == 0:
             return
         discs = discs.taken(self._order)
         self._frame = frame_around(discs)
         last = last_radius if last_radius is not None else 1.5 * float(np.median(discs.radii))
+        self.last_radius = last
         plan = self._plan = SpherePlan.of(discs.centres, discs.radii, q, last)
         self._centre = self._frame.local(plan.centre).T.astype(np.float32)
         reach = plan.radius / self._frame.unit * (1.0 + 1e-5) + 2.0 * MARGIN

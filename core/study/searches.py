@@ -5,7 +5,8 @@ from __future__ import annotations
 from functools import partial
 
 from ..compiled import kernels
-from ..gatherers.choose import FEW, Task, made, make_gatherer, predicted_seconds
+from ..gatherers.candidates import Task, made, predicted_seconds
+from ..gatherers.choose import FEW, make_gatherer
 from ..gatherers.gatherer import Gatherer
 from ..unit_costs import Machine, search_lanes
 from .measure import Timing, counted, crossing, in_turn
@@ -34,7 +35,7 @@ def scene_rows(scene: StudyScene, radius: float, segments: int, repeats: int) ->
     def build(kind: str) -> None:
         # The one before would be in the way.
         built.pop(kind, None)
-        built[kind] = made(kind, discs, scene.expected, task.plan.cell)
+        built[kind] = made(kind, discs, scene.expected, task.plan.cell if kind == "grid" else None)
 
     def choose() -> None:
         built["auto"], reason = make_gatherer("auto", discs, scene.expected, some)

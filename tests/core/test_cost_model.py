@@ -16,7 +16,8 @@ from detp.core.cost_model import (
 )
 from detp.core.discs import TangentDiscs
 from detp.core.gatherers.brute_force import BruteForce
-from detp.core.gatherers.choose import Task, made, make_gatherer, predicted_seconds
+from detp.core.gatherers.candidates import Task, predicted_seconds
+from detp.core.gatherers.choose import make_gatherer
 from detp.core.gatherers.counts import KINDS, Counts
 from detp.core.gatherers.disc_index import DiscIndex
 from detp.core.gatherers.sphere_cache import SphereCache
@@ -110,7 +111,7 @@ def test_counting_changes_nothing_and_counts_all():
 def test_a_pilot_predicts_what_all_segments_cost(kind):
     discs, lines = field("surface", 4000, 2.0, 20_000)
     task = Task.of(discs, len(lines), lines)
-    gatherer = made(kind, discs, len(lines), task.plan.cell)
+    gatherer = task.made(kind)
     counts = Counts()
     pairs_of(gatherer, lines, counts)
     chunk = -(-len(lines) // search_lanes(len(lines), gatherer.chunk))
@@ -125,6 +126,9 @@ def test_the_choice_is_said_with_its_times_and_does_not_depend_on_the_machine(mo
     chosen, reason = make_gatherer("auto", discs, 1 << 22, lines)
     assert reason.startswith(f"Disc Indexing with a {chosen.index}: the radius is 0.5")
     assert "point spacings, predicted" in reason and " s against " in reason and " with " in reason
+    assert f"(cells of {chosen.cell:.2g} m, 65536 segments at a time)." in reason
+    spheres, reason = make_gatherer("sphere-cache", discs)
+    assert f"Q = 0.61, last spheres of {spheres.last_radius:.2g} m, points sorted, " in reason
     monkeypatch.setattr(unit_costs, "this_machine", lambda: unit_costs.Machine(1000.0, 1.0))
     again, _ = make_gatherer("auto", discs, 1 << 22, lines)
     assert (again.name, again.index) == (chosen.name, chosen.index)

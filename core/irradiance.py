@@ -54,7 +54,9 @@ class Irradiance:
         known = np.isfinite(errors)
         if known.mean() < 0.5:
             return float("inf")
-        low, high = 0.0, float(errors[known].max())
+        # Three quarters of the points stay within 1.2 of this with a probability of three quarters: more than half.
+        upper = np.partition(errors, int(0.75 * len(errors)))[int(0.75 * len(errors))]
+        low, high = 0.0, float(1.2 * upper if np.isfinite(upper) else errors[known].max())
         with np.errstate(divide="ignore", invalid="ignore"):
             for _ in range(HALVINGS):
                 middle = 0.5 * (low + high)

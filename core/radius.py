@@ -29,9 +29,13 @@ PILOT_ROUNDS = 8
 #: Indirect light alone may have this many times the target error, so that it is smooth where no direct light hides it.
 INDIRECT_ALLOWANCE = 2.0
 
-#: The automatic radius stays within these shares of the scene's radius: below, rounding would show; above, blur.
+#: Radius of the pilot's discs, a share of the scene's.
+PILOT_SHARE = 0.05
+
+#: The automatic radius stays within these shares of the scene's radius: below, rounding would show; above, the smallest
+#: of the nested discs would blur.
 SMALLEST_SHARE = 1e-5
-LARGEST_SHARE = 0.05
+LARGEST_SHARE = 0.1
 
 #: Guesses for a bake of a given time: seconds to place a disc, and how much longer than tracing a photon all takes that
 #: is done for it, shadow rays included. The radius changes with the sixth root of such guesses.
@@ -71,7 +75,7 @@ def chosen_disc(
     """
     start = time.perf_counter()
     size = scene.bounds.radius
-    pilot_radius = LARGEST_SHARE * size
+    pilot_radius = PILOT_SHARE * size
     by_photons = settings.direct_by == "photons"
     if not (settings.indirect or by_photons):
         return Disc(pilot_radius, 0)

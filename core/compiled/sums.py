@@ -1,4 +1,4 @@
-"""Adding crossings up: which lie in the visible part of their disc, their sums, and particles that come again."""
+"""Adding crossings up: in which ring of their disc they lie, their sums, and particles that come again."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 
 DIRECTIONS = 32  # corners of an outline, as in core/estimator/visible_area.py
+RINGS, OUTSIDE = 4, 255  # of a disc, and beyond its outline, as in core/estimator/rings.py
 STRIPE = 64  # discs in a row that one thread adds up
 
 _ANGLES = np.arange(DIRECTIONS + 1) * (2.0 * math.pi / DIRECTIONS)
@@ -28,14 +29,20 @@ def sector(x, y):
 
 # A call would take longer than the function itself: every array is handed over as seven numbers.
 @njit(error_model="numpy", forceinline=True)
-def _visible(origins, ends, segment, discs, reach, disc):
-    """Whether the crossing lies inside the disc's outline: as estimator/visible_area.py does, and its `frames`."""
+def _ring(origins, ends, segment, discs, reach, disc):
+    """The ring of the crossing: as estimator/visible_area.py finds it, with the `frames` of core/sampling.py."""
     nx, ny, nz = discs[disc, 3], discs[disc, 4], discs[disc, 5]
     ox, oy, oz = origins[segment, 0], origins[segment, 1], origins[segment, 2]
     sx, sy, sz = ends[segment, 0] - ox, ends[segment, 1] - oy, ends[segment, 2] - oz
     wx, wy, wz = discs[disc, 0] - ox, discs[disc, 1] - oy, discs[disc, 2] - oz
     time = (wx * nx + wy * ny + wz * nz) / (sx * nx + sy * ny + sz * nz)
     dx, dy, dz = time * sx - wx, time * sy - wy, time * sz - wz
+    squared, limit, ring = dx * dx + dy * dy + dz * dz, discs[disc, 6], 0
+    for _ in range(1, RINGS):
+        limit *= 0.25
+        ring += squared <= limit
+    if discs[disc, 7] == 0.0:
+        return ring
     sign = math.copysign(1.0, nz)
     a = -1.0 / (sign + nz)
     b = nx * ny * a
@@ -45,45 +52,44 @@ def _visible(origins, ends, segment, discs, reach, disc):
     one, other = reach[disc, at], reach[disc, (at + 1) % DIRECTIONS]
     ax, ay = one * _COSINES[at], one * _SINES[at]
     bx, by = other * _COSINES[at + 1], other * _SINES[at + 1]
-    return not (bx - ax) * (y - ay) < (by - ay) * (x - ax)
+    return OUTSIDE if (bx - ax) * (y - ay) < (by - ay) * (x - ax) else ring
 
 
 @njit(
-    "void(i8[::1], i8[::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], b1[::1])",
+    "void(i8[::1], i8[::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], u1[::1])",
     nogil=True,
     cache=True,
     error_model="numpy",
 )
-def look(segment, disc, origins, ends, discs, reach, kept):
-    """Write into ``kept`` (C,) which of the crossings ``segment``, ``disc`` (C,) lie in the visible part of their disc.
+def look(segment, disc, origins, ends, discs, reach, ring):
+    """Write into ``ring`` (C,) in which ring of their disc the crossings ``segment``, ``disc`` (C,) lie, or OUTSIDE.
 
     origins, ends  (S, 3) of the segments
-    discs          (N, 16) centre, normal, 1 if the disc is partial else 0; the rest does not matter here
+    discs          (N, 8) centre, normal, squared radius, 1 if the disc is partial else 0
     reach          (N, DIRECTIONS) the outlines, see core/estimator/visible_area.py
     """
     for row in range(len(disc)):
-        at = disc[row]
-        kept[row] = discs[at, 6] == 0.0 or _visible(origins, ends, segment[row], discs, reach, at)
+        ring[row] = _ring(origins, ends, segment[row], discs, reach, disc[row])
 
 
-@njit("void(i8[::1], i8[::1], b1[::1], f8[:,::1], f8[:,::1], i8, i8)", nogil=True, cache=True, error_model="numpy")
-def add_up(segment, disc, kept, flux, discs, part, parts):
-    """Add the crossings ``segment``, ``disc`` (C,) up as far as they are ``kept`` (C,).
+@njit("void(i8[::1], i8[::1], u1[::1], f8[:,::1], f8[:,:,::1], i8, i8)", nogil=True, cache=True, error_model="numpy")
+def add_up(segment, disc, ring, flux, sums, part, parts):
+    """Add the crossings ``segment``, ``disc`` (C,) up by their ``ring`` (C,), as far as they are not OUTSIDE.
 
     flux         (S, 3) of the segments
-    discs        (N, 16) as for :func:`look`, and from 8 on three sums of the flux and of its square, which are counted
-                 up: what a crossing needs is fetched at once
+    sums         (N, K, 6) of each disc's rings, three sums of the flux and of its square, which are counted up: what a
+                 crossing needs is fetched at once
     part, parts  only every so-manieth stripe of discs is done, so that several threads share the work and each disc's
                  sums have the same order
     """
     for row in range(len(disc)):
         at = disc[row]
-        if kept[row] and at // STRIPE % parts == part:
-            came = segment[row]
+        if ring[row] != OUTSIDE and at // STRIPE % parts == part:
+            came, where = segment[row], ring[row]
             for channel in range(3):
                 value = flux[came, channel]
-                discs[at, 8 + channel] += value
-                discs[at, 11 + channel] += value * value
+                sums[at, where, channel] += value
+                sums[at, where, 3 + channel] += value * value
 
 
 @njit("i8(i8[::1], i8[::1], b1[::1], u4[::1], i8, i8[::1], i8[::1])", nogil=True, cache=True, error_model="numpy")

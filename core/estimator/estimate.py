@@ -1,8 +1,9 @@
-"""From crossings to irradiance: the density estimate, its running sums and its standard error."""
+"""From crossings to irradiance: the density estimate's running sums, and its standard error."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -10,50 +11,71 @@ from ..discs import TangentDiscs
 from ..errors import InvalidArrayError
 from ..gatherers.gatherer import Crossings
 from ..irradiance import Irradiance
+from ..parallel import ordered_map
 from ..segments import Segments
 from .crossing_sums import CrossingSums
+from .nested_discs import nested_estimate
 from .repeated_crossings import RepeatedCrossings
 from .visible_area import VisibleArea
+
+#: Points that are worked out together, so that their arrays stay in the processor's cache.
+POINTS_PER_CHUNK = 1 << 12
 
 
 @dataclass(frozen=True)
 class IrradianceEstimate:
-    """Irradiance at N points as sums over independent samples, so that two estimates of the same points merge.
+    """Irradiance at N points as sums over independent particles, so that two estimates of the same points merge.
 
-    A sample is one particle scaled to the scene's full power, or one round of shadow rays. It alone would give X at a
-    point; then
+    A particle alone, scaled to the scene's full power, would send X through a ring of a point's disc; then
 
-    total    (N, 3) sum of X over the samples, W/m^2, RGB
-    squares  (N, 3) sum of X^2, (W/m^2)^2
-    samples  how many there are
-    single   (N, 3) X^2 that one crossing more would likely bring; 0 for shadow rays
+    total     (N, K, 3) sum of X over the particles, W, RGB, by the rings of rings.py
+    squares   (N, K, 3) sum of its crossings' squares, W^2
+    repeated  (N, 3) what the squares of the sums are more than that, since particles come again, W^2
+    single    (N, 3) square that one crossing more would likely bring, W^2
+    areas     (N, K) m^2 of the nested discs
+    samples   how many particles there are
     """
 
     total: np.ndarray
     squares: np.ndarray
+    repeated: np.ndarray
+    single: np.ndarray
+    areas: np.ndarray
     samples: int
-    single: np.ndarray | float = 0.0
 
     @classmethod
-    def empty(cls, points: int) -> IrradianceEstimate:
-        """The estimate before the first sample."""
-        return cls(np.zeros((points, 3)), np.zeros((points, 3)), 0)
+    def empty(cls, areas: np.ndarray) -> IrradianceEstimate:
+        """The estimate before the first particle, of discs whose nested ``areas`` (N, K) m^2 are given."""
+        rings, whole = (*areas.shape, 3), (len(areas), 3)
+        return cls(np.zeros(rings), np.zeros(rings), np.zeros(whole), np.zeros(whole), areas, 0)
 
-    @property
+    @cached_property
     def irradiance(self) -> Irradiance:
-        """The mean of X, and its standard error sqrt((mean X^2 - (mean X)^2) / (n - 1)) from its variance.
+        """The irradiance by :mod:`.nested_discs`, and its standard error.
 
-        Of particles, the mean is the flux of the segments that cross a disc over its area [study, DETP]. The standard
-        error counts one crossing more than there were: where few crossed, and least of all where none did, the
-        crossings alone do not tell how many it might have been (as Agresti and Coull 1998 do for proportions). From few
-        samples it is widened as Student's t asks, so that twice of it holds 95 % at any number.
+        The flux of the segments that cross a disc over its area [study, DETP] is the mean of X over A, and has the
+        variance (mean (X/A)^2 - (mean X/A)^2) / (n - 1). The standard error counts one crossing more than there were:
+        where few crossed, and least of all where none did, the crossings alone do not tell how many it might have been
+        (as Agresti and Coull 1998 do for proportions). From few particles it is widened as Student's t asks, so that
+        twice of it holds 95 % at any number. The blur that is known to be left counts in it.
         """
-        count = self.samples
-        mean = self.total / max(count, 1)
-        if count < 2:
-            return Irradiance(mean, np.full(mean.shape, np.inf))
-        variance = np.maximum((self.squares + self.single) / count - mean**2, 0.0)
-        return Irradiance(mean, _student(count - 1) * np.sqrt(variance / (count - 1)))
+        count = len(self.total)
+        value, error = np.empty((2, count, 3))
+        chunks = [slice(start, start + POINTS_PER_CHUNK) for start in range(0, count, POINTS_PER_CHUNK)]
+        for rows, found in zip(chunks, ordered_map(self._estimated, chunks), strict=True):
+            value[rows], error[rows] = found
+        return Irradiance(value, error)
+
+    def _estimated(self, rows: slice) -> tuple[np.ndarray, np.ndarray]:
+        samples, areas = max(self.samples, 1), self.areas[rows]
+        flux, squares, once_more = (part[rows] / samples for part in (self.total, self.squares, self.single))
+        value, moment, blur = nested_estimate(flux, squares, once_more, areas, samples)
+        if samples < 2:
+            return value, np.full(value.shape, np.inf)
+        # Particles that come again do so anywhere on the disc: their products hardly differ from ring to ring.
+        moment += self.repeated[rows] / (samples * areas[:, :1] ** 2)
+        variance = np.maximum(moment - value**2, 0.0) / (samples - 1)
+        return value, np.sqrt(_student(samples - 1) ** 2 * variance + blur)
 
     def merged(self, other: IrradianceEstimate) -> IrradianceEstimate:
         """This estimate together with an independent one of the same points.
@@ -64,7 +86,8 @@ class IrradianceEstimate:
             raise InvalidArrayError("Only estimates of the same points can be merged.")
         samples = self.samples + other.samples
         single = (self.single * self.samples + other.single * other.samples) / max(samples, 1)
-        return IrradianceEstimate(self.total + other.total, self.squares + other.squares, samples, single)
+        sums = (getattr(self, name) + getattr(other, name) for name in ("total", "squares", "repeated"))
+        return IrradianceEstimate(*sums, single, self.areas, samples)
 
 
 def _student(freedom: int) -> float:
@@ -82,15 +105,15 @@ def _student(freedom: int) -> float:
 class Accumulator:
     """Adds the crossings of one batch of ``particles`` up to an :class:`IrradianceEstimate`.
 
-    Only crossings inside the ``visible`` area count, and are divided by it.
+    Only crossings inside the ``visible`` area count.
     """
 
     def __init__(self, discs: TangentDiscs, segments: Segments, particles: int, visible: VisibleArea):
         self._segments = segments
         self._sums = CrossingSums(discs, segments, visible)
-        self._scale = particles / visible.areas
         self._particles = particles
         self._repeated = RepeatedCrossings(len(discs), segments)
+        self._areas = visible.nested
 
     def add(self, crossings: Crossings) -> None:
         """Count these crossings in; each pair must come once."""
@@ -99,10 +122,11 @@ class Accumulator:
 
     def estimate(self) -> IrradianceEstimate:
         """What has been added up so far."""
-        scale = self._scale[:, None]
-        squares = self._sums.squares + self._repeated.products()
+        # The segments carry the scene's full power together: a particle alone would, times their number.
+        particles = self._particles
+        squares = (self._sums.squares, self._repeated.products(), self._single())
         return IrradianceEstimate(
-            self._sums.total * scale, squares * scale**2, self._particles, self._single() * scale**2
+            self._sums.total * particles, *(part * particles**2 for part in squares), self._areas, particles
         )
 
     def _single(self) -> np.ndarray:
@@ -111,7 +135,7 @@ class Accumulator:
         Aimed lights send particles of unlike flux to unlike places, so that all segments' mean says little of a disc.
         As many equal crossings as would have the same sums count, (sum f)^2 / sum f^2.
         """
-        total, squares = self._sums.total, self._sums.squares
+        total, squares = self._sums.total.sum(axis=1), self._sums.squares.sum(axis=1)
         equal = np.divide(total**2, squares, out=np.zeros_like(squares), where=squares > 0)
         mean = (self._segments.flux**2).sum(axis=0) / max(len(self._segments), 1)
         everywhere = np.divide(squares.sum(axis=0), equal.sum(axis=0), out=mean, where=equal.any(axis=0))

@@ -2,7 +2,8 @@
 
 The plain estimator divides by the whole disc, of which a part may lie behind a wall: there it finds no light, or the
 light of the other side. Here short rays within the tangent plane measure how far each disc reaches in each direction;
-only crossings inside this outline count, and they are divided by its area.
+only crossings inside this outline count, and they are divided by its area. How much of the disc is used within the
+outline, the crossings decide (nested_discs.py).
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from ..rays import RayCaster
 from ..sampling import frames
 from ..segments import Segments
 from .enclosure import Enclosure
+from .rings import OUTSIDE, nested_areas, offsets, outline_area, rings_of
 
 #: Rays in the tangent plane. Neighbours are joined by straight lines, so a wall's outline is exact.
 DIRECTIONS = 32
@@ -51,31 +53,39 @@ class VisibleArea:
     """Outlines of N discs, DIRECTIONS distances each, seen from their centres.
 
     reach    (N, DIRECTIONS) metres, at equal angles from the disc's first frame vector
-    areas    (N,) m^2 inside the outline; the whole disc's where nothing stands in the way
+    nested   (N, K) m^2 inside the outline of each nested disc, see rings.py; whole where nothing stands in the way. Of
+             the plain estimator's discs K is 1
     partial  (N,) whether anything does
     hidden   (N,) whether so little is left that the point has no light of its own
     enclosed (N,) whether the point looks at the insides of closed geometry (see core/estimator/enclosure.py)
     """
 
     reach: np.ndarray
-    areas: np.ndarray
+    nested: np.ndarray
     partial: np.ndarray
     hidden: np.ndarray
     enclosed: np.ndarray
 
-    def kept(self, discs: TangentDiscs, segments: Segments, crossings: Crossings) -> np.ndarray:
-        """Which (C,) of the ``crossings`` lie inside the outlines."""
+    @property
+    def areas(self) -> np.ndarray:
+        """Area (N,) m^2 inside the whole outline."""
+        return self.nested[:, 0]
+
+    def rings(self, discs: TangentDiscs, segments: Segments, crossings: Crossings) -> np.ndarray:
+        """The ring (C,) of its disc in which each of the ``crossings`` lies, OUTSIDE of its outline that number."""
+        if self.nested.shape[1] == 1:
+            return np.zeros(len(crossings), np.uint8)
+        ring = rings_of(discs, segments, crossings)
         doubtful = np.flatnonzero(self.partial[crossings.disc])
-        disc, segment = crossings.disc[doubtful], crossings.segment[doubtful]
-        x, y = _offsets(discs, segments, segment, disc)
+        disc = crossings.disc[doubtful]
+        x, y = _in_frame(discs, segments, crossings.segment[doubtful], disc)
         turn = np.arctan2(y, x) * (DIRECTIONS / (2 * np.pi))
         sector = np.floor(turn).astype(np.int64)
         ax, ay = _corner(self.reach, disc, sector)
         bx, by = _corner(self.reach, disc, sector + 1)
         outside = (bx - ax) * (y - ay) < (by - ay) * (x - ax)
-        keep = np.full(len(crossings), True)
-        keep[doubtful[outside]] = False
-        return keep
+        ring[doubtful[outside]] = OUTSIDE
+        return ring
 
 
 @dataclass(frozen=True)
@@ -125,14 +135,13 @@ def visible_discs(caster: RayCaster, discs: TangentDiscs, inward: np.ndarray | N
         headroom = np.minimum(headroom, _headroom(caster, based[rows], normals, enclosure.facing))
         least = np.minimum(nudge[rows], 0.5 * headroom)
         lifts, reach = _lifted(caster, based[rows], normals, radii, least, headroom)
-        whole = np.pi * radii**2
         partial = (reach < radii[:, None]).any(axis=1)
-        areas = np.where(partial, _outline_area(reach), whole)
-        hidden = areas < SMALLEST_SHARE * whole
+        nested, whole = nested_areas(reach, radii), nested_areas(np.repeat(radii[:, None], DIRECTIONS, axis=1), radii)
+        hidden = nested[:, 0] < SMALLEST_SHARE * whole[:, 0]
         lifted = TangentDiscs(based[rows] + lifts[:, None] * normals, normals, radii)
         origins = aside[rows] + np.minimum(step[rows], least)[:, None] * normals
         enclosed = enclosure.enclosed(origins, normals)
-        area = VisibleArea(reach, np.where(hidden, whole, areas), partial, hidden, enclosed)
+        area = VisibleArea(reach, np.where(hidden[:, None], whole, nested), partial, hidden, enclosed)
         return VisibleDiscs(lifted, area, origins)
 
     chunks = range(0, len(discs), POINTS_PER_CHUNK)
@@ -142,7 +151,7 @@ def visible_discs(caster: RayCaster, discs: TangentDiscs, inward: np.ndarray | N
 def whole_discs(caster: RayCaster, discs: TangentDiscs) -> Iterator[VisibleDiscs]:
     """The ``discs`` (N) as they are, seen as a whole: the plain estimator. Shadow rays start just off their centres."""
     nowhere = np.zeros(len(discs), bool)
-    area = VisibleArea(np.empty((len(discs), 0)), discs.areas, nowhere, nowhere, nowhere)
+    area = VisibleArea(np.empty((len(discs), 0)), discs.areas[:, None], nowhere, nowhere, nowhere)
     yield VisibleDiscs(discs, area, discs.centres + 8 * caster.tolerance * discs.normals)
 
 
@@ -150,7 +159,7 @@ def _lifted(caster, centres, normals, radii, least, headroom) -> tuple[np.ndarra
     """The lift (N,), ``least`` or more, of each disc and its outline there; no disc is lifted through a surface."""
     lifts = least.copy()
     reach = _reach(caster, centres + lifts[:, None] * normals, normals, radii)
-    areas = _outline_area(reach)
+    areas = outline_area(reach)
     rows = np.flatnonzero(areas < np.pi * radii**2 / GAIN)
     # From where the disc lies now, too: aside of a point in a wedge the other side is nearer.
     above = lifts[rows] + _headroom(caster, centres[rows] + lifts[rows, None] * normals[rows], normals[rows])
@@ -160,9 +169,9 @@ def _lifted(caster, centres, normals, radii, least, headroom) -> tuple[np.ndarra
         rows = rows[share * radii[rows] < 0.5 * headroom[rows]]
         lift = share * radii[rows]
         higher = _reach(caster, centres[rows] + lift[:, None] * normals[rows], normals[rows], radii[rows])
-        gains = _outline_area(higher) > GAIN * areas[rows]
+        gains = outline_area(higher) > GAIN * areas[rows]
         rows, higher = rows[gains], higher[gains]
-        lifts[rows], reach[rows], areas[rows] = lift[gains], higher, _outline_area(higher)
+        lifts[rows], reach[rows], areas[rows] = lift[gains], higher, outline_area(higher)
     return lifts, reach
 
 
@@ -193,19 +202,10 @@ def _reach(caster: RayCaster, origins, normals, radii) -> np.ndarray:
     return np.where(missed, radii[:, None], np.minimum(distance, radii[:, None]))
 
 
-def _outline_area(reach: np.ndarray) -> np.ndarray:
-    """Area (N,) of the polygon through the ends of the rays: the sum of its triangles."""
-    return 0.5 * np.sin(2 * np.pi / DIRECTIONS) * (reach * np.roll(reach, -1, axis=1)).sum(axis=1)
-
-
-def _offsets(discs: TangentDiscs, segments: Segments, segment, disc) -> tuple[np.ndarray, np.ndarray]:
+def _in_frame(discs: TangentDiscs, segments: Segments, segment, disc) -> tuple[np.ndarray, np.ndarray]:
     """Where (C,) each segment crosses its disc, along the disc's two frame vectors from its centre, metres."""
     normals = discs.normals[disc]
-    origins = segments.origins[segment]
-    along = segments.ends[segment] - origins
-    away = discs.centres[disc] - origins
-    time = np.einsum("ij,ij->i", away, normals) / np.einsum("ij,ij->i", along, normals)
-    offset = time[:, None] * along - away
+    offset = offsets(discs, segments, segment, disc, normals)
     first, second = frames(normals)
     return np.einsum("ij,ij->i", offset, first), np.einsum("ij,ij->i", offset, second)
 

@@ -32,7 +32,7 @@ class PhotonLight:
     def __init__(self, tracer: PhotonTracer, placed: VisibleDiscs, kinds: Sequence[str], seed: int):
         self._tracer, self._placed, self._seed = tracer, placed, seed
         self._gatherer: Gatherer | None = None
-        self._estimates = {kind: IrradianceEstimate.empty(len(placed.discs)) for kind in kinds}
+        self._estimates = {kind: IrradianceEstimate.empty(placed.area.nested) for kind in kinds}
         self._cut = np.zeros(3)
         self.particles = self.segments = self.crossings = 0
 

@@ -127,10 +127,11 @@ def test_an_open_surface_has_whole_discs():
     quad = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
     scene = Scene(quad, [(0, 1, 2), (0, 2, 3)], *np.zeros((3, 2, 3)), (PointLight((0.5, 0.5, 1), (1, 1, 1)),))
     points, normals = quad, np.tile((0, 0, 1.0), (4, 1))
-    plain = baked(scene, points, normals, np.zeros((4, 3)), "plain", photons=20_000).irradiance
-    visible = baked(scene, points, normals, np.zeros((4, 3)), photons=20_000).irradiance
-    # Lifting the disc by a hundredth of its radius is all that differs.
-    assert visible == pytest.approx(plain, rel=0.05)
+    plain = baked(scene, points, normals, np.zeros((4, 3)), "plain", photons=2_000_000)
+    visible = baked(scene, points, normals, np.zeros((4, 3)), photons=2_000_000)
+    # Lifting the disc by a hundredth of its radius is all that differs, and the noise of nested discs.
+    assert plain.irradiance == pytest.approx(np.full((4, 3), 1.5**-1.5 / (4 * np.pi)), rel=0.1)
+    assert visible.irradiance == pytest.approx(plain.irradiance, rel=0.1)
 
 
 def test_a_rounded_convex_corner_sees_the_whole_sky():

@@ -48,7 +48,7 @@ def test_merged_estimates_are_the_estimate_of_all_particles():
     assert merged.samples == 10_000
     assert merged.irradiance.value[0] == pytest.approx(each.mean(axis=0))
     assert merged.irradiance.standard_error[0] == pytest.approx(with_one_more(each), rel=1e-3)
-    assert np.array_equal(IrradianceEstimate.empty(1).merged(first).total, first.total)
+    assert np.array_equal(IrradianceEstimate.empty(np.full((1, 1), 2.0)).merged(first).total, first.total)
 
 
 def test_bright_light_elsewhere_does_not_make_a_dim_disc_uncertain():
@@ -80,14 +80,14 @@ def test_where_nothing_crossed_the_error_is_that_of_one_crossing():
 
 
 def test_dark_points_and_single_particles():
-    empty = IrradianceEstimate.empty(2).irradiance
+    empty = IrradianceEstimate.empty(np.ones((2, 1))).irradiance
     assert np.isnan(empty.relative_error)
     assert (empty.value == 0).all() and np.isinf(empty.standard_error).all()
 
 
 def test_only_estimates_of_the_same_points_merge():
     with pytest.raises(InvalidArrayError):
-        IrradianceEstimate.empty(2).merged(IrradianceEstimate.empty(3))
+        IrradianceEstimate.empty(np.ones((2, 1))).merged(IrradianceEstimate.empty(np.ones((3, 1))))
 
 
 def test_light_of_two_kinds_adds_up_and_so_do_the_variances():

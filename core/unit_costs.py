@@ -37,6 +37,10 @@ UNIT_COSTS = {
 #: Nanoseconds to build a search, for each disc; the grid's cells and entries are known beforehand, see search_plan.py.
 BUILD_COSTS = {"grid": 4000.0, "tree": 2900.0, "sphere-cache": 2600.0, "brute-force": 0.0, "compiled grid": 2000.0}
 
+#: How much longer than by its processor time a search takes where several processors share it, beside the others: the
+#: tree's operations are shorter, and more often wait for the interpreter's lock.
+SHARED_OUT = {"tree": 1.15}
+
 #: Reference seconds of the search that a machine is measured by.
 STANDARD = 0.022
 

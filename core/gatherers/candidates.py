@@ -12,7 +12,7 @@ from ..cost_model import SearchProblem, best_last_radius, best_q
 from ..discs import TangentDiscs
 from ..segments import Segments
 from ..space_filling import mean_spacing
-from ..unit_costs import bare_segments, search_lanes, search_seconds, this_machine
+from ..unit_costs import SHARED_OUT, bare_segments, search_lanes, search_seconds, this_machine
 from .brute_force import BruteForce
 from .compiled_index import CompiledIndex, compiled_cell
 from .counts import Counts
@@ -32,7 +32,7 @@ class Candidate:
     """A search that was tried.
 
     kind       a key of UNIT_COSTS
-    seconds    predicted, reference seconds of one processor
+    seconds    predicted, reference seconds of one processor that is not alone
     crossings  of a segment, among those tried
     """
 
@@ -134,7 +134,7 @@ def tried(kind: str, task: Task) -> Candidate:
     """Build a search and predict its time from what it does with the pilot's segments."""
     gatherer = task.made(kind)
     counts, chunk = _pilot_counts(kind, gatherer, task.expected, task.pilot)
-    seconds = search_seconds(kind, counts, task.expected, chunk)
+    seconds = search_seconds(kind, counts, task.expected, chunk) * SHARED_OUT.get(kind, 1.0)
     lanes = search_lanes(task.expected, chunk)
     return Candidate(kind, gatherer, seconds, lanes, counts.get("crossings", 0) / max(1, counts["segments"]))
 

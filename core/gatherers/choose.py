@@ -21,7 +21,7 @@ EXPECTED = 1 << 19
 FEW = 64
 #: Other searches are built and tried when that takes at most this share of the time that the first will need, and the
 #: rough plan gives them less than so many times what it gives the first: it is right to a factor of two.
-TRIAL, HOPELESS = 0.05, 2.5
+TRIAL, HOPELESS = 0.05, 2.0
 #: Reference seconds that searching takes however few the segments.
 AT_LEAST = 0.01
 
@@ -85,9 +85,10 @@ def _chosen(task: Task) -> tuple[Gatherer, str]:
     if len(task.discs) <= FEW:
         trials["brute-force"] = 0.0
     left = TRIAL * first.seconds
-    for kind in sorted(trials, key=trials.get):
-        left -= trials[kind]
-        if left >= 0.0:
+    # The most promising one first.
+    for kind in sorted(trials, key=lambda kind: plan.get(kind, 0.0)):
+        if trials[kind] <= left:
+            left -= trials[kind]
             candidates.append(tried(kind, task))
     best, *others = sorted(candidates, key=lambda candidate: candidate.seconds)
     if others:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..discs import TangentDiscs
 from ..segments import Segments
+from ..unit_costs import SHARED_OUT
 from .disc_grid import ENTRIES, grid_bounds, wanted_cell
 from .disc_index import COARSE, DiscIndex
 
@@ -75,7 +76,7 @@ def planned(discs: TangentDiscs, segments: int, crossings: float, spacing: float
         "tree": cost("tree", 4.0, 2.5),
         "sphere-cache": cost("sphere-cache", 20.0, 12.0),
     }
-    seconds = {kind: 1e-9 * float(value) for kind, value in nanoseconds.items()}
+    seconds = {kind: 1e-9 * float(value) * SHARED_OUT.get(kind, 1.0) for kind, value in nanoseconds.items()}
     return SearchPlan(seconds, fitting(factor * wanted), wanted >= COARSE * ideal)
 
 

@@ -27,15 +27,14 @@ class Extent:
     growth_lines: tuple[int, ...] = (500, 1000, 2000)
     spacings: tuple[float, ...] = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
     scan_segments: int = 1 << 16
-    choice_segments: int = 1 << 17
-    choice_radii: tuple[float, ...] = (0.3, 1.0)
+    choice_segments: int = 1 << 16
     crofton_lines: int = 400_000
-    repeats: int = 5
+    repeats: int = 4
 
 
 QUICK = Extent(
     q_points=4000, q_lines=2000, growth_points=(1000, 3000, 10_000, 30_000), growth_lines=(500, 1000, 2000),
-    spacings=(0.25, 1.0, 4.0, 12.0), scan_segments=1 << 15, choice_segments=1 << 16, choice_radii=(1.0,),
+    spacings=(0.25, 1.0, 4.0, 12.0), scan_segments=1 << 15, choice_segments=1 << 16,
     crofton_lines=200_000, repeats=3,
 )  # fmt: skip
 
@@ -71,8 +70,7 @@ def run(
             yield f"{name} is left out: {error}"
             continue
         uneven += crofton.scene_rows(name, scene.segments, scene.centres, scene.around)
-        for share in extent.choice_radii:
-            choices += searches.scene_rows(scene, share * scene.radius, extent.choice_segments, extent.repeats)
+        choices += searches.scene_rows(scene, scene.radius, extent.choice_segments, extent.repeats)
         for spacings in extent.spacings if name in scans else ():
             yield f"{name}: discs of {spacings:g} spacings"
             radius = spacings * scene.spacing

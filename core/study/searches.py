@@ -8,7 +8,7 @@ from ..compiled import kernels
 from ..gatherers.candidates import Task, made, predicted_seconds
 from ..gatherers.choose import FEW, make_gatherer
 from ..gatherers.gatherer import Gatherer
-from ..unit_costs import Machine, search_lanes
+from ..unit_costs import SHARED_OUT, Machine, search_lanes
 from .measure import Timing, counted, crossing, in_turn
 from .scene import StudyScene
 
@@ -75,9 +75,11 @@ def _times(timing: Timing) -> dict:
 def _predicted(kind: str, gatherer: Gatherer, task: Task, segments: int, machine: Machine) -> dict:
     """What the cost model gives for so many segments."""
     seconds = predicted_seconds(kind, gatherer, segments, task.pilot)
-    lanes = search_lanes(segments, getattr(gatherer, "chunk", segments))
+    lanes = search_lanes(segments, gatherer.chunk)
+    together = SHARED_OUT.get(kind, 1.0) if machine.parallel > 1.2 else 1.0
     return {
-        "predicted": machine.wall_seconds(seconds, lanes), "predicted processor": machine.slowness * seconds,
+        "predicted": together * machine.wall_seconds(seconds, lanes),
+        "predicted processor": machine.slowness * seconds,
     }  # fmt: skip
 
 

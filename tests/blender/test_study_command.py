@@ -12,7 +12,7 @@ from small_scenes import cube, grid, lamp, saved
 
 TINY = Extent(
     q_points=300, q_lines=100, growth_points=(100, 200, 400), growth_lines=(50, 100, 200), spacings=(0.5, 2.0),
-    scan_segments=1000, choice_segments=1500, choice_radii=(1.0,), crofton_lines=16_000, repeats=1,
+    scan_segments=1000, choice_segments=1500, crofton_lines=16_000, repeats=1,
 )  # fmt: skip
 
 

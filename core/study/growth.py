@@ -14,7 +14,8 @@ from ..gatherers.sphere_cache import SphereCache
 from .fields import KINDS, spacing, uniform_discs, uniform_lines
 from .measure import counted_and_timed, growth
 
-LARGE = 0.2  # of the ball's radius, for large discs
+#: Large discs, in radii of the ball, and others beside them.
+LARGE, OTHERS = 0.2, (0.1, 0.4)
 
 
 def unbalanced(count: np.ndarray) -> np.ndarray:
@@ -35,20 +36,23 @@ STUDY = {"small_discs": 1.0 / 3.0, "large_discs": 1.0}
 
 
 def growth_rows(sizes: tuple[int, ...], lines: tuple[int, ...]) -> list[dict]:
-    """Work and time over n_P with the last of ``lines``, and over n_R with the middle of ``sizes``."""
-    cases = [(size, lines[-1]) for size in sizes] + [(sizes[len(sizes) // 2], count) for count in lines[:-1]]
+    """Work and time over n_P with the last of ``lines``, over n_R with the middle of ``sizes``, and over large d."""
+    middle = sizes[len(sizes) // 2]
+    cases = [(size, lines[-1], LARGE) for size in sizes] + [(middle, count, LARGE) for count in lines[:-1]]
     rows = []
     for kind in KINDS:
         for discs_are in STUDY:
-            for points, count in cases:
+            others = [(middle, lines[0], radius) for radius in OTHERS] if discs_are == "large_discs" else []
+            for points, count, large in cases + others:
                 generator = np.random.default_rng(7)
-                radius = spacing(kind, points) if discs_are == "small_discs" else LARGE
+                radius = spacing(kind, points) if discs_are == "small_discs" else large
                 discs = uniform_discs(kind, points, radius, generator)
                 segments = uniform_lines(count, generator)
                 for name, make in GATHERERS.items():
                     case = {"gatherer": name, "discs": discs_are, "points": kind, "n_P": points, "n_R": count}
                     problem = SearchProblem(count, points, radius, 1.0 + radius, KINDS[kind])
-                    rows.append(case | {"theory": theory(name, problem)} | _measured(make, discs, segments))
+                    predicted = {"d": radius, "theory": theory(name, problem)}
+                    rows.append(case | predicted | _measured(make, discs, segments))
     return rows
 
 
@@ -81,13 +85,19 @@ def theory(name: str, problem: SearchProblem) -> float:
 
 
 def _slopes(rows: list[dict]) -> dict:
-    count = max(row["n_R"] for row in rows)
-    points = [row for row in rows if row["n_R"] == count]
+    least, most = min(row["n_R"] for row in rows), max(row["n_R"] for row in rows)
+    points = [row for row in rows if row["n_R"] == most]
     middle = sorted({row["n_P"] for row in points})[len(points) // 2]
-    lines = [row for row in rows if row["n_P"] == middle]
-    return {
-        "n_P": growth([row["n_P"] for row in points], [row["work"] for row in points]).as_json(),
-        "n_P, theory": growth([row["n_P"] for row in points], [row["theory"] for row in points]).as_json(),
-        "n_P, seconds": growth([row["n_P"] for row in points], [row["seconds"] for row in points]).as_json(),
-        "n_R": growth([row["n_R"] for row in lines], [row["work"] for row in lines]).as_json(),
-    }
+    radii = [row for row in rows if row["n_P"] == middle and row["n_R"] == least]
+    lines = [row for row in rows if row["n_P"] == middle and row["d"] not in OTHERS]
+
+    def over(size: str, some: list[dict], value: str = "work") -> dict:
+        return growth([row[size] for row in some], [row[value] for row in some]).as_json()
+
+    slopes = {
+        "n_P": over("n_P", points), "n_P, theory": over("n_P", points, "theory"),
+        "n_P, seconds": over("n_P", points, "seconds"), "n_R": over("n_R", lines),
+    }  # fmt: skip
+    if len(radii) > 2:
+        slopes |= {"d": over("d", radii), "d, theory": over("d", radii, "theory")}
+    return slopes

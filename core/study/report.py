@@ -74,7 +74,7 @@ _SECTIONS = (
     (
         "growth",
         PLOTS["growth"],
-        ("gatherer", "discs", "points", "n_P", "n_R", "work", "theory", "crossings", "seconds"),
+        ("gatherer", "discs", "points", "n_P", "n_R", "d", "work", "theory", "crossings", "seconds"),
     ),
     ("cauchy_crofton", PLOTS["cauchy_crofton"], ("scene", "r/r0", "expected", "measured", "measured/expected")),
     (
@@ -128,6 +128,20 @@ def _claims(figures: dict) -> list[list[str]]:
                 f"n_P^{by_theory['surface']:.2f} for the same sizes",
                 _held(abs(entry["exponent"] - entry["study"]) < 0.15),
             ])  # fmt: skip
+            lines = [entry[kind]["n_R"]["exponent"] for kind in ("volume", "surface")]
+            rows.append([
+                f"{name}, {discs.replace('_', ' ')}: comparisons grow as n_R",
+                f"n_R^{lines[0]:.2f} in a volume, n_R^{lines[1]:.2f} on surfaces",
+                _held(max(abs(line - 1.0) for line in lines) < 0.15),
+            ])  # fmt: skip
+            if "d" in entry["volume"]:
+                wide, of_theory = ([entry[kind][key]["exponent"] for kind in ("volume", "surface")]
+                                   for key in ("d", "d, theory"))  # fmt: skip
+                rows.append([
+                    f"{name}: comparisons grow as d^2" + ("" if name == "sphere-cache" else " log(r0 / d)"),
+                    f"d^{wide[0]:.2f} in a volume, d^{wide[1]:.2f} on surfaces; the formulas give d^{of_theory[0]:.2f} "
+                    f"and d^{of_theory[1]:.2f} for the same sizes", _held(abs(wide[0] - 2.0) < 0.5),
+                ])  # fmt: skip
     ideal = figures["cauchy_crofton"]
     low, high = ideal["interval"]
     rows.append([

@@ -103,6 +103,10 @@ def test_the_whole_study_in_miniature():
         for entry in (by_size["small_discs"], by_size["large_discs"]):
             low, high = entry["interval"]
             assert low <= entry["exponent"] <= high
+            assert abs(entry["volume"]["n_R"]["exponent"] - 1.0) < 0.3
+        assert "d" not in by_size["small_discs"]["volume"]
+        low, high = by_size["large_discs"]["volume"]["d"]["interval"]
+        assert 0.0 < by_size["large_discs"]["volume"]["d"]["exponent"] and low < high
     low, high = figures["cauchy_crofton"]["interval"]
     assert low < figures["cauchy_crofton"]["measured"] < high
     assert figures["cauchy_crofton"]["expected"] == pytest.approx(0.01)

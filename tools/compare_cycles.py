@@ -6,7 +6,8 @@ REFERENCE.npz holds, per object, what Cycles' DIFFUSE bake without colour gives 
 arrays "<object>|<seed>" (corners, 3). Cycles samples exactly at the corner. Where that lies on another surface, it is
 chance on which side of it the paths start: these corners are left out, unless --every-corner says that the reference is
 reliable there, as one from tools/cycles_reference.py is. Left out are also corners buried in other geometry, whose
-colours a bake fills from their neighbours. How many these are is reported.
+colours a bake fills from their neighbours. How many these are is reported. Corners where the reference is NaN are no
+part of the comparison.
 
 Two groups of the rest are reported: all of them, and those at least two disc radii away from concave edges, where the
 plain estimator is valid. There, no ray within the tangent plane, lifted by 1 % of the radius, meets anything closer
@@ -53,9 +54,10 @@ def main() -> int:
     for target in exported.targets:
         first, second = reference[target.object_name]
         rows = target.point_rows
-        shown = (rows >= 0) & ~result.hidden[rows]
+        asked = np.isfinite(first).all(axis=1)
+        shown = asked & (rows >= 0) & ~result.hidden[rows]
         kept = shown & reliable[rows]
-        filled, left_out = filled + int((~shown).sum()), left_out + int((shown & ~kept).sum())
+        filled, left_out = filled + int((asked & ~shown).sum()), left_out + int((shown & ~kept).sum())
         ours.append(result.irradiance[rows[kept]].sum(axis=1) / np.pi)
         theirs.append((first + second)[kept].sum(axis=1) / 2)
         noise.append(np.abs(first - second)[kept].sum(axis=1) / 2)

@@ -1,9 +1,11 @@
 """Bakes what Cycles finds just inside every face corner, as a reference that is reliable at every vertex.
 
     python tools/cycles_reference.py SCENE.blend -o REFERENCE.npz [--objects NAME ...] [--like OTHER.npz] [--samples N]
+        [--faces N]
 
 What "just inside" is and why, see detp_addon/face_copies.py. The result has the format that compare_cycles.py reads:
-"<object>|<seed>" (corners, 3), E/pi from DIFFUSE, direct and indirect, without colour.
+"<object>|<seed>" (corners, 3), E/pi from DIFFUSE, direct and indirect, without colour. With --faces only so many of all
+faces, drawn at random, are baked, so that there is time for many samples; the corners of the others are NaN.
 """
 
 import argparse
@@ -29,16 +31,28 @@ def main() -> int:
         if len(everything[name].corners) != len(bpy.data.objects[name].data.loops):
             raise SystemExit(f"The modifiers of '{name}' change its faces, so it has no corners to compare.")
     everything, radius = centred(scene, everything)
+    drawn = draw([len(everything[name].sizes) for name in names], arguments.faces)
+    parts = [everything[name].taken(faces) for name, faces in zip(names, drawn, strict=True)]
     set_up_cycles(scene)
     arrays, seconds = {"__spp": np.array(arguments.samples)}, []
-    with copy_in(scene, Faces.joined([everything[name] for name in names]).just_inside(radius)) as copy:
+    with copy_in(scene, Faces.joined(parts).just_inside(radius)) as copy:
         for seed in (1, 2):
             seconds.append(bake_with_cycles([copy], arguments.samples, seed).seconds)
-            ends = np.cumsum([len(everything[name].corners) for name in names])[:-1]
-            arrays |= {f"{name}|{seed}": part for name, part in zip(names, np.split(light_of(copy), ends), strict=True)}
+            lights = np.split(light_of(copy), np.cumsum([len(part.corners) for part in parts])[:-1])
+            for name, faces, light in zip(names, drawn, lights, strict=True):
+                arrays[f"{name}|{seed}"] = np.full((len(everything[name].corners), 3), np.nan)
+                arrays[f"{name}|{seed}"][faces[everything[name].face]] = light
     np.savez_compressed(arguments.output, __seconds=np.array(seconds), **arrays)
     print(f"Baked {len(names)} objects twice in {sum(seconds):.0f} s: {arguments.output}")
     return 0
+
+
+def draw(sizes: list[int], count: int | None) -> list[np.ndarray]:
+    """Which faces are baked, a mask for each object with so many faces as ``sizes`` say: ``count`` of all, or each."""
+    faces = np.full(sum(sizes), count is None or count >= sum(sizes))
+    if not faces.any():
+        faces[np.random.default_rng(0).choice(len(faces), count, replace=False)] = True
+    return np.split(faces, np.cumsum(sizes)[:-1])
 
 
 def parse(arguments: list[str]) -> argparse.Namespace:
@@ -48,6 +62,7 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--objects", nargs="+", help="default: all meshes")
     parser.add_argument("--like", help="the objects of this reference")
     parser.add_argument("--samples", type=int, default=1024)
+    parser.add_argument("--faces", type=int, help="only so many faces, drawn at random")
     return parser.parse_args(arguments)
 
 

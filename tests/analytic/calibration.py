@@ -46,11 +46,17 @@ class Coverage:
     doubt: float
 
 
-def coverage(values: np.ndarray, errors: np.ndarray, spread: float = np.inf) -> Coverage:
+def coverage(
+    values: np.ndarray,
+    errors: np.ndarray,
+    spread: float = np.inf,
+    limit: tuple[np.ndarray, np.ndarray] | None = None,
+) -> Coverage:
     """Compare R estimates at N points, ``values`` (R, N, 3), with their standard ``errors`` (R, N, 3).
 
-    Each is held against the mean of the other seeds, whose own error is added. Points count whose signal to noise,
-    squared, is within a factor ``spread`` of the median, and whose noise is not zero.
+    Each is held against the ``limit``, a value and its standard error (N, 3), or else against the mean of the other
+    seeds; the error of that is added. Points count whose signal to noise, squared, is within a factor ``spread`` of the
+    median, and whose noise is not zero.
     """
     summed, sum_errors = values.sum(axis=2), errors.sum(axis=2)
     variance = summed.var(axis=0, ddof=1)
@@ -58,8 +64,12 @@ def coverage(values: np.ndarray, errors: np.ndarray, spread: float = np.inf) -> 
     crossings = summed.mean(axis=0) ** 2 / np.where(noisy, variance, 1.0)
     middle = np.median(crossings[noisy])
     rows = noisy & (crossings >= middle / spread) & (crossings <= middle * spread)
-    z = _distances(summed[:, rows], sum_errors[:, rows])
-    channels = _distances(values[:, rows], errors[:, rows])
+    if limit is None:
+        z = _distances(summed[:, rows], sum_errors[:, rows])
+        channels = _distances(values[:, rows], errors[:, rows])
+    else:
+        z = _distances_to(limit[0].sum(axis=1)[rows], limit[1].sum(axis=1)[rows], summed[:, rows], sum_errors[:, rows])
+        channels = _distances_to(limit[0][rows], limit[1][rows], values[:, rows], errors[:, rows])
     lit = values[:, rows].any(axis=0)
     return Coverage(
         sums=float((np.abs(z) <= WIDTH).mean()),
@@ -82,6 +92,12 @@ def repeated(subject: Subject, seeds: int, first: int = 0, **settings) -> tuple[
     return np.stack([result.irradiance for result in results]), np.stack([r.standard_error for r in results])
 
 
+def limit_of(subject: Subject, photons: int, **settings) -> tuple[np.ndarray, np.ndarray]:
+    """What bakes of ``subject`` tend to, by one with so many ``photons``: values and standard errors, (N, 3) each."""
+    values, errors = repeated(subject, 1, 2_000_000, photons=photons, **settings)
+    return values[0], errors[0]
+
+
 def photons_for(subject: Subject, crossings: float, pilot: int = 20_000, **settings) -> int:
     """How many photons give the median point the noise of so many equal crossings."""
     values, _ = repeated(subject, 12, 1_000_000, photons=pilot, **settings)
@@ -97,6 +113,12 @@ def _distances(values, errors):
     others = (values.sum(axis=0) - values) / (seeds - 1)
     total = np.sqrt(errors**2 + values.var(axis=0, ddof=1) / (seeds - 1))
     return np.divide(values - others, total, out=np.zeros_like(values), where=total > 0)
+
+
+def _distances_to(limit, doubt, values, errors):
+    """How many standard errors (R, ...) each estimate is from the ``limit`` (...), itself known to the ``doubt``."""
+    total = np.sqrt(errors**2 + doubt**2)
+    return np.divide(values - limit, total, out=np.zeros_like(values), where=total > 0)
 
 
 def furnace(albedo: float = 0.8, points: int = 150) -> Subject:

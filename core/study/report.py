@@ -68,7 +68,11 @@ def as_markdown(found: Findings, command: str, pictures: bool) -> str:
 
 _TABLES = {"predicted": "choice"}
 _SECTIONS = (
-    ("radius", PLOTS["radius"], ("scene", "d/spacing", "search", "took", "build", "seconds", "work", "crossings")),
+    (
+        "radius",
+        PLOTS["radius"],
+        ("scene", "d/spacing", "search", "took", "build", "seconds", "work", "theory", "crossings"),
+    ),
     ("q", PLOTS["q"], ("points", "sorted", "Q", "sphere tests", "disc tests", "tests", "theory", "seconds")),
     ("slack", PLOTS["slack"], ("points", "slack", "Q", "tests", "theory")),
     (

@@ -5,8 +5,10 @@ from __future__ import annotations
 from functools import partial
 
 from ..compiled import kernels
+from ..cost_model import SearchProblem, disc_index_tests, sphere_cache_tests
 from ..gatherers.candidates import Task, made, predicted_seconds
 from ..gatherers.choose import FEW, make_gatherer
+from ..gatherers.disc_tree import LEAF
 from ..gatherers.gatherer import Gatherer
 from ..unit_costs import SHARED_OUT, Machine, search_lanes
 from .measure import Timing, counted, crossing, in_turn
@@ -27,6 +29,7 @@ def scene_rows(scene: StudyScene, radius: float, segments: int, repeats: int) ->
     """
     discs, some = scene.discs(radius), scene.some(segments)
     task = Task.of(discs, scene.expected, some)
+    problem = SearchProblem.of(discs, len(some))
     kinds = searches(len(discs))
     built: dict[str, Gatherer] = {}
     counts: dict[str, dict[str, int]] = {}
@@ -52,7 +55,7 @@ def scene_rows(scene: StudyScene, radius: float, segments: int, repeats: int) ->
     }  # fmt: skip
     rows = [
         case | {"search": kind, "build": building[kind].wall} | _times(searching[kind])
-        | _predicted(kind, built[kind], task, len(some), machine)
+        | _predicted(kind, built[kind], task, len(some), machine) | _theory(kind, built[kind], problem)
         | {name: value / len(some) for name, value in counts[kind].items() if name != "segments"}
         for kind in kinds
     ]  # fmt: skip
@@ -66,6 +69,17 @@ def scene_rows(scene: StudyScene, radius: float, segments: int, repeats: int) ->
         "search": "auto", "took": took, "build": building["auto"].wall, **_times(searching[took]), "regret": regret,
         "reason": reasons[-1],
     }]  # fmt: skip
+
+
+def _theory(kind: str, gatherer: Gatherer, problem: SearchProblem) -> dict:
+    """Comparisons of a segment by the study's formulas, as if light and points were uniform; none for brute force."""
+    if kind == "brute-force":
+        return {}
+    if kind == "sphere-cache":
+        tests = sphere_cache_tests(problem, gatherer.q, gatherer.last_radius)
+    else:
+        tests = disc_index_tests(problem, LEAF if kind == "tree" else 1)
+    return {"theory": sum(tests) / problem.segments}
 
 
 def _times(timing: Timing) -> dict:

@@ -7,8 +7,9 @@ the estimator is tested, once for each domain, estimator and radius. The colours
 vertices averaged over their faces; elements that were filled from their neighbours are counted and left out.
 
 The photons' noise hides small errors, so the visible estimator is measured a second time without: from random places
-of each outline rays are cast back along the directions that light comes from, and it is counted how many meet a shining
-surface. That is what the estimate converges to.
+of each outline, and of what it leaves of each nested disc, rays are cast back along the directions that light comes
+from, and it is counted how many meet a shining surface. That is what the estimate converges to, however finely the disc
+is used: the nested disc counts that is farthest from one.
 """
 
 import argparse
@@ -23,6 +24,7 @@ import numpy as np
 from detp.core.bake import BakeResult, bake
 from detp.core.discs import TangentDiscs
 from detp.core.estimator.enclosure import unlit
+from detp.core.estimator.rings import RINGS
 from detp.core.estimator.visible_area import DIRECTIONS, VisibleDiscs, visible_discs
 from detp.core.rays import RayCaster
 from detp.core.sampling import cosine_hemisphere, frames
@@ -94,9 +96,9 @@ def heading(arguments: argparse.Namespace) -> list[str]:
         "Closed rooms in which all surfaces shine alike, about 2 m across (tools/enclosures.py): every vertex and",
         f"every corner must read 1. *Wrong* is the share that is off by more than {percent(ALLOWED, 0)} after three",
         "standard errors of noise; noise alone puts 0.3 % of them there, more where few particles cross a disc.",
-        f"*Limit* is the visible estimator without noise, from {LIMIT_RAYS} rays back from each disc. *Filled* are",
-        "elements that look into something solid or that something covers, and that take their colours from their",
-        "neighbours. The automatic radius is marked with *.",
+        f"*Limit* is the visible estimator without noise, from {LIMIT_RAYS} rays back from each nested disc, that",
+        "which is farthest off. *Filled* are elements that look into something solid or that something covers, and that take",
+        "their colours from their neighbours. The automatic radius is marked with *.",
         "",
         f"{os.cpu_count()} cores, {platform.machine()}.",
         "",
@@ -174,9 +176,18 @@ def placed_discs(enclosure: Furnace, radius: float) -> VisibleDiscs:
 
 
 def limit(enclosure: Furnace, placed: VisibleDiscs, rays: int, generator: np.random.Generator) -> np.ndarray:
-    """What (N,) the visible estimator converges to, by rays back from random places of each outline."""
-    caster = RayCaster(enclosure.scene.corners)
-    reach, discs, rows = placed.area.reach, placed.discs, np.arange(len(placed.discs))
+    """What (N,) the visible estimator converges to, by ``rays`` back from random places of each nested disc: of the
+    discs the one that is farthest from one.
+    """
+    caster, wide = RayCaster(enclosure.scene.corners), placed.discs.radii[:, None]
+    reaches = [np.minimum(placed.area.reach, wide * 0.5**ring) for ring in range(RINGS)]
+    found = np.stack([lit_share(enclosure, caster, placed.discs, reach, rays, generator) for reach in reaches])
+    return np.take_along_axis(found, np.abs(found - 1).argmax(axis=0)[None], axis=0)[0]
+
+
+def lit_share(enclosure, caster: RayCaster, discs: TangentDiscs, reach: np.ndarray, rays: int, generator) -> np.ndarray:
+    """The share (N,) of ``rays`` back from random places of the discs' outlines ``reach`` (N, D) that meet light."""
+    rows = np.arange(len(discs))
     angle = (np.arange(DIRECTIONS) * (2 * np.pi / DIRECTIONS))[:, None]
     first, second = (axis[:, None] for axis in frames(discs.normals))
     outline = reach[:, :, None] * (np.cos(angle) * first + np.sin(angle) * second)

@@ -16,7 +16,7 @@ from .disc_index import COARSE, DiscIndex
 #: Cells considered, over those that are searched fastest.
 FACTORS = (1.0, 1.25, 1.6, 2.0, 2.5)
 #: Most discs that are looked at to plan a grid's cells.
-SAMPLE = 1 << 13
+SAMPLE = 1 << 12
 #: Discs and segments among which crossings are counted for :func:`crossings_per_segment`.
 DISCS, SEGMENTS = 2000, 512
 # Reference nanoseconds for each disc to build a search, and for each place of a disc in a cell, and each cell.
@@ -58,7 +58,8 @@ def planned(discs: TangentDiscs, segments: int, crossings: float, spacing: float
     fitting = _bounds(discs)
     wanted = fitting(ideal)
     radius = float(np.median(discs.radii))
-    size = np.ptp(discs.centres, axis=0) + 2.0 * radius
+    # Column by column: along the first axis of rows NumPy needs ten times as long.
+    size = np.array([np.ptp(column) for column in discs.centres.T]) + 2.0 * radius
 
     def cost(kind: str, balls: float, tests: float) -> float:
         each = _WAY[kind] + crossings * (balls * _BALL + tests * _TEST + _PATCHES[kind] + _CROSSING)
@@ -84,7 +85,7 @@ def _bounds(discs: TangentDiscs) -> Callable[[float], float]:
     """:func:`.disc_grid.grid_bounds` from some of the ``discs``, those farthest out among them."""
     if len(discs) <= SAMPLE:
         return grid_bounds(discs)
-    ends = np.concatenate([discs.centres.argmin(axis=0), discs.centres.argmax(axis=0)])
+    ends = [end for column in discs.centres.T for end in (column.argmin(), column.argmax())]
     rows = np.concatenate([ends, np.linspace(0, len(discs) - 1, SAMPLE).astype(np.int64)])
     return grid_bounds(discs.taken(rows), entries=ENTRIES * len(rows) // len(discs))
 

@@ -34,7 +34,7 @@ BUILD_COSTS = {"grid": 4000.0, "tree": 2900.0, "sphere-cache": 2600.0, "brute-fo
 
 #: How much longer than by its processor time a search takes where several processors share it, beside the others: the
 #: tree's operations are shorter, and more often wait for the interpreter's lock, which kernels never need.
-SHARED_OUT = {"tree": 1.15, "compiled grid": 0.85}
+SHARED_OUT = {"tree": 1.08, "compiled grid": 0.85}
 
 #: Reference seconds of the search that a machine is measured by.
 STANDARD = 0.022

@@ -9,7 +9,6 @@ import numpy as np
 
 from ..discs import TangentDiscs
 from ..segments import Segments
-from ..unit_costs import SHARED_OUT
 from .disc_grid import ENTRIES, grid_bounds, wanted_cell
 from .disc_index import COARSE, DiscIndex
 
@@ -20,7 +19,7 @@ SAMPLE = 1 << 12
 #: Discs and segments among which crossings are counted for :func:`crossings_per_segment`.
 DISCS, SEGMENTS = 2000, 512
 # Reference nanoseconds for each disc to build a search, and for each place of a disc in a cell, and each cell.
-_DISC, _ENTRY, _CELL = {"grid": 1800.0, "tree": 2900.0, "sphere-cache": 2600.0}, 190.0, 170.0
+_DISC, _ENTRY, _CELL = {"grid": 1800.0, "tree": 3200.0, "sphere-cache": 2600.0}, 190.0, 170.0
 # For the way of a segment to the discs: through a few cells, 100 nodes or 120 spheres in most samples, and their
 # patches.
 _WAY = {"grid": 300.0, "tree": 2800.0, "sphere-cache": 3700.0}
@@ -77,7 +76,7 @@ def planned(discs: TangentDiscs, segments: int, crossings: float, spacing: float
         "tree": cost("tree", 4.0, 2.5),
         "sphere-cache": cost("sphere-cache", 20.0, 12.0),
     }
-    seconds = {kind: 1e-9 * float(value) * SHARED_OUT.get(kind, 1.0) for kind, value in nanoseconds.items()}
+    seconds = {kind: 1e-9 * float(value) for kind, value in nanoseconds.items()}
     return SearchPlan(seconds, fitting(factor * wanted), wanted >= COARSE * ideal)
 
 

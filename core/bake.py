@@ -4,17 +4,19 @@ cross each disc, estimate; repeat until the error, the time or the photons that 
 from __future__ import annotations
 
 import time
-from collections.abc import Generator
+from collections.abc import Generator, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
 
+from .checks import float_rows, unit_rows
 from .direct.direct_light import DirectLight
 from .discs import TangentDiscs
 from .errors import NoMeshError
 from .estimator.enclosure import hidden_points
+from .estimator.standpoints import Standpoints, plain_standpoints, standpoints
 from .estimator.visible_area import VisibleDiscs, visible_discs, whole_discs
 from .gatherers.choose import make_gatherer
 from .irradiance import Irradiance
@@ -23,7 +25,7 @@ from .photons.photon_light import PhotonLight
 from .photons.tracing import PhotonTracer
 from .radius import Disc, check_radius, chosen_disc
 from .rays import RayCaster
-from .refinement import Refinement
+from .refinement import Refinement, first_rounds
 from .scene import Scene
 from .settings import BakeSettings
 from .stopwatch import Stopwatch
@@ -53,7 +55,7 @@ class BakeResult:
     direct        irradiance at the N points that comes straight from the lights, with its standard error
     indirect      irradiance after at least one reflection or refraction; what was not asked for is zero
     hidden        (N,) points that no light can reach because they are buried in other geometry: nothing is known there
-    radius        of the discs, metres
+    radius        of the discs, metres; 0 as long as none is chosen
     gatherer      name, and ``reason`` for its choice
     photons, segments   how many were traced and gathered
     shadow_rays    how many were cast
@@ -109,44 +111,51 @@ def bake(
     """
     if len(centres) == 0:
         raise NoMeshError("There is no vertex to bake: choose at least one mesh with faces.")
+    centres = float_rows(centres, "points")
+    normals = unit_rows(normals, "normals of points", len(centres))
     start = time.perf_counter()
     stopwatch = Stopwatch("radius", "place", "shadow", "trace", "gather")
+    plain, by_photons = settings.estimator == "plain", settings.direct_by == "photons"
+    caster = RayCaster(scene.corners)
+    if settings.radius is not None:
+        check_radius(settings.radius, scene)
+    yield Progress("Placing the points", 0.0)
+    standing = plain_standpoints(caster, centres, normals) if plain else standpoints(caster, centres, normals, inward)
+    places = Standpoints.joined((yield from _gathered("Placing the points", stopwatch.timed("place", standing))))
+
+    rays, by_rays = None, Irradiance.dark(len(centres))
+    if settings.direct_by == "shadow-rays":
+        # Direct light first: it needs no disc, and is what a user sees soonest.
+        rays = DirectLight(scene, caster, places.origins, normals, settings)
+        for _ in stopwatch.timed("shadow", rays.rounds(0, first_rounds(rays, settings, start))):
+            yield Progress("Casting shadow rays", 0.0)
+        by_rays = rays.irradiance
+        yield Progress("Casting shadow rays", 0.0, _only_direct(by_rays, settings, places, rays, stopwatch))
+
     yield Progress("Choosing the radius", 0.0)
     with stopwatch("radius"):
-        caster = RayCaster(scene.corners)
         if settings.radius is not None:
-            check_radius(settings.radius, scene)
             disc = Disc(settings.radius, settings.expected_photons)
         else:
-            disc = chosen_disc(scene, caster, centres, normals, settings)
+            disc = chosen_disc(scene, caster, centres, normals, settings, by_rays.value)
     with stopwatch("trace"):
         bounces = settings.bounces if settings.indirect else 0
-        by_photons = settings.direct_by == "photons"
         tracer = PhotonTracer(scene, caster, scene.bounds.expanded(2 * disc.radius), bounces, by_photons)
 
     discs = TangentDiscs.of_radius(centres, normals, disc.radius)
-    placing = whole_discs(caster, discs) if settings.estimator == "plain" else visible_discs(caster, discs, inward)
-    parts = []
-    for part in stopwatch.timed("place", placing):
-        parts.append(part)
-        yield Progress("Placing the discs", 0.0)
-    placed = VisibleDiscs.joined(parts)
+    placing = whole_discs(discs) if plain else visible_discs(caster, discs, inward)
+    placed = VisibleDiscs.joined((yield from _gathered("Placing the discs", stopwatch.timed("place", placing))))
 
-    rays = None
-    if settings.direct_by == "shadow-rays":
-        rays = DirectLight(scene, caster, placed.origins, placed.discs.normals, settings)
     kinds = [kind for kind, wanted in (("direct", by_photons), ("indirect", settings.indirect)) if wanted]
     photons = PhotonLight(tracer, placed, kinds, settings.seed)
     gatherer, reason = make_gatherer(settings.gatherer, placed.discs.taken(slice(0)))
-
-    by_rays = Irradiance.dark(len(discs))
 
     def found() -> BakeResult:
         direct, indirect = by_rays + photons.part("direct"), photons.part("indirect")
         return BakeResult(
             direct=direct,
             indirect=indirect,
-            hidden=hidden_points(placed.area, direct.value + indirect.value),
+            hidden=hidden_points(placed.area.hidden, places.enclosed, direct.value + indirect.value),
             radius=disc.radius,
             gatherer=gatherer.name,
             reason=reason,
@@ -160,6 +169,7 @@ def bake(
 
     result = found()
     refinement = Refinement(settings, rays, photons if kinds else None, stopwatch, start)
+    refinement.observe(result.direct, result.indirect, result.light)
     while (step := refinement.next()) is not None:
         if step.rounds:
             last = rays.done + step.rounds
@@ -182,6 +192,36 @@ def bake(
         refinement.observe(result.direct, result.indirect, result.light)
         yield Progress("Refining", refinement.fraction, result)
     return result
+
+
+def _only_direct(
+    light: Irradiance, settings: BakeSettings, places: Standpoints, rays: DirectLight, stopwatch: Stopwatch
+) -> BakeResult:
+    """What is known before there are discs and photons: of indirect light, nothing."""
+    nothing, unknown = np.zeros(3), np.inf if settings.indirect else 0.0
+    return BakeResult(
+        direct=light,
+        indirect=Irradiance(np.zeros_like(light.value), np.full_like(light.value, unknown)),
+        hidden=hidden_points(np.zeros_like(places.enclosed), places.enclosed, light.value),
+        radius=0.0,
+        gatherer="none",
+        reason="No photons were searched.",
+        photons=0,
+        segments=0,
+        shadow_rays=rays.rays,
+        seconds=stopwatch.seconds,
+        emitted_flux=nothing,
+        cut_flux=nothing,
+    )
+
+
+def _gathered(phase: str, parts: Iterable[Result]) -> Generator[Progress, None, list[Result]]:
+    """Progress in that ``phase`` for each of the ``parts``; returns them all."""
+    held = []
+    for part in parts:
+        held.append(part)
+        yield Progress(phase, 0.0)
+    return held
 
 
 def _during(phase: str, done: float, steps: Generator[None, None, Result]) -> Generator[Progress, None, Result]:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .direct.direct_light import DirectLight
 from .discs import TangentDiscs
 from .errors import InvalidSettingError
 from .estimator.estimate import Accumulator
@@ -22,9 +21,6 @@ from .settings import NOISE_SHARE, BakeSettings, error_for
 #: Particles of the pilot trace, and the most points that it looks at.
 PILOT_PHOTONS = 1 << 15
 PILOT_POINTS = 2000
-
-#: Rounds of shadow rays from these points.
-PILOT_ROUNDS = 8
 
 #: Indirect light alone may have this many times the target error, so that it is smooth where no direct light hides it.
 INDIRECT_ALLOWANCE = 2.0
@@ -64,14 +60,19 @@ class Disc:
 
 
 def chosen_disc(
-    scene: Scene, caster: RayCaster, centres: np.ndarray, normals: np.ndarray, settings: BakeSettings
+    scene: Scene,
+    caster: RayCaster,
+    centres: np.ndarray,
+    normals: np.ndarray,
+    settings: BakeSettings,
+    direct: np.ndarray,
 ) -> Disc:
     """The radius at which the expected photons give the settings' error at the median lit point.
 
     A pilot trace measures the relative error e0 with n0 particles at radius d0. The flux through a disc
-    grows as d^2 n, hence e = e0 (d0/d) sqrt(n0/n), solved for d. Light that shadow rays will bring counts in the
-    irradiance, but not in the error; the indirect light alone may then have INDIRECT_ALLOWANCE times the target.
-    ``centres`` and ``normals`` are (N, 3).
+    grows as d^2 n, hence e = e0 (d0/d) sqrt(n0/n), solved for d. ``direct`` (N, 3) W/m^2, which shadow rays have found,
+    counts in the irradiance, but not in the error; the indirect light alone may then have INDIRECT_ALLOWANCE times the
+    target. ``centres`` and ``normals`` are (N, 3).
     """
     start = time.perf_counter()
     size = scene.bounds.radius
@@ -83,7 +84,7 @@ def chosen_disc(
     rows = np.arange(len(centres))
     if len(rows) > PILOT_POINTS:
         rows = np.sort(generator.choice(rows, PILOT_POINTS, replace=False))
-    (placed,) = whole_discs(caster, TangentDiscs.of_radius(centres[rows], normals[rows], pilot_radius))
+    (placed,) = whole_discs(TangentDiscs.of_radius(centres[rows], normals[rows], pilot_radius))
     bounces = settings.bounces if settings.indirect else 0
     tracer = PhotonTracer(scene, caster, scene.bounds.expanded(pilot_radius), bounces, by_photons)
     tracing = time.perf_counter()
@@ -96,7 +97,7 @@ def chosen_disc(
     light = accumulator.estimate().irradiance
     error = light.relative_error
     if settings.direct_by == "shadow-rays":
-        light += _certain_light(DirectLight(scene, caster, placed.origins, placed.discs.normals, settings))
+        light += Irradiance(direct[rows], np.zeros((len(rows), 3)))
         error = np.fmax(error / INDIRECT_ALLOWANCE, light.relative_error)
     photons, target = settings.expected_photons, settings.target_error
     if settings.seconds is not None and settings.photons is None and settings.error is None:
@@ -108,11 +109,3 @@ def chosen_disc(
         return Disc(pilot_radius, photons)
     radius = pilot_radius * error / target * np.sqrt(PILOT_PHOTONS / photons)
     return Disc(float(np.clip(radius, SMALLEST_SHARE * size, LARGEST_SHARE * size)), photons)
-
-
-def _certain_light(direct: DirectLight) -> Irradiance:
-    """What a few shadow rays find, without its error, which the radius does not change."""
-    for _ in direct.rounds(0, PILOT_ROUNDS):
-        pass
-    value = direct.irradiance.value
-    return Irradiance(value, np.zeros_like(value))

@@ -63,8 +63,20 @@ class Step:
     photons: int = 0
 
 
+def first_rounds(direct: DirectLight, settings: BakeSettings, start: float) -> int:
+    """With how many rounds of shadow rays a bake begins: as many as a part of its time surely allows, but at least two,
+    to have an error. It began at ``start`` (of time.perf_counter).
+    """
+    if direct.exact:
+        return 1
+    if settings.seconds is None or not settings.indirect:
+        return FIRST_ROUNDS
+    left = settings.seconds - (time.perf_counter() - start)
+    return int(np.clip(FIRST_SHARE * left / (SLOWEST * SHADOW_RAY * direct.rays_per_round), 2, FIRST_ROUNDS))
+
+
 class Refinement:
-    """Chooses the steps of one bake, which began at ``start`` (of time.perf_counter).
+    """Chooses the steps of one bake, which began at ``start`` (of time.perf_counter), after its first rounds.
 
     Either of ``direct`` and ``photons`` may be None, when that light is not looked for. ``stopwatch`` has the stages
     shadow, trace and gather.
@@ -96,8 +108,6 @@ class Refinement:
 
     def next(self) -> Step | None:
         """The next step; None when the bake is done."""
-        if self._direct is not None and self._direct.done == 0:
-            return Step(rounds=1 if self._direct.exact else self._first_rounds())
         if self._photons is not None and self._photons.particles == 0:
             return Step(photons=min(self._first_photons(), self._settings.most_photons or FIRST_PHOTONS))
         if self._hopeless():
@@ -191,13 +201,6 @@ class Refinement:
         if self._settings.seconds is None:
             return float("inf")
         return self._settings.seconds - (time.perf_counter() - self._start)
-
-    def _first_rounds(self) -> int:
-        """As many as a part of the time surely allows, but enough to have an error."""
-        if self._photons is None:
-            return FIRST_ROUNDS
-        affordable = FIRST_SHARE * self._left / (SLOWEST * SHADOW_RAY * self._direct.rays_per_round)
-        return int(np.clip(affordable, 2, FIRST_ROUNDS))
 
     def _first_photons(self) -> int:
         """Fewer when time is short, but never none: without reflected light a scene looks wrong."""

@@ -7,9 +7,12 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+from ..core.direct.direct_light import DirectLight
+from ..core.estimator.standpoints import Standpoints, standpoints
 from ..core.photons.tracing import PhotonTracer
 from ..core.radius import chosen_disc
 from ..core.rays import RayCaster
+from ..core.refinement import FIRST_ROUNDS
 from ..core.segments import Segments
 from ..core.settings import BakeSettings
 from ..core.study.scene import StudyScene
@@ -32,7 +35,11 @@ def load_study_scene(name: str, path: Path, segments: int) -> StudyScene:
         export = read_scene(bpy.context.scene, bpy.context.view_layer, None, "CORNER")
     caster = RayCaster(export.scene.corners)
     settings = BakeSettings(quality="preview")
-    disc = chosen_disc(export.scene, caster, export.centres, export.normals, settings)
+    places = Standpoints.joined(list(standpoints(caster, export.centres, export.normals, export.inward)))
+    direct = DirectLight(export.scene, caster, places.origins, export.normals, settings)
+    for _ in direct.rounds(0, FIRST_ROUNDS):
+        pass
+    disc = chosen_disc(export.scene, caster, export.centres, export.normals, settings, direct.irradiance.value)
     tracer = PhotonTracer(export.scene, caster, export.scene.bounds.expanded(2 * disc.radius), settings.bounces)
     parts: list[Segments] = []
     while sum(map(len, parts)) < segments:

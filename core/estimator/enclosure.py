@@ -58,10 +58,10 @@ def unlit(irradiance: np.ndarray) -> np.ndarray:
     return light <= UNLIT_SHARE * np.median(light[lit]) if lit.any() else ~lit
 
 
-def hidden_points(area, irradiance: np.ndarray) -> np.ndarray:
-    """Which points (N,) have no light of their own: those of a VisibleArea that see next to nothing of their disc, and
-    enclosed ones that the bake left unlit, given its ``irradiance`` (N, 3).
+def hidden_points(covered: np.ndarray, enclosed: np.ndarray, irradiance: np.ndarray) -> np.ndarray:
+    """Which points (N,) have no light of their own: ``covered`` ones (N,), that see next to nothing of their disc, and
+    ``enclosed`` ones (N,) that the bake left unlit, given its ``irradiance`` (N, 3).
 
     Rooms modelled with faces that look outward enclose their points too, but have light in them.
     """
-    return area.hidden | (area.enclosed & unlit(irradiance))
+    return covered | (enclosed & unlit(irradiance))

@@ -19,8 +19,8 @@ from ..parallel import ordered_map
 from ..rays import RayCaster
 from ..sampling import frames
 from ..segments import Segments
-from .enclosure import Enclosure
 from .rings import OUTSIDE, nested_areas, offsets, outline_area, rings_of
+from .standpoints import LEAST_STEP, POINTS_PER_CHUNK, headroom, headroom_beside, moved, tangential
 
 #: Rays in the tangent plane. Neighbours are joined by straight lines, so a wall's outline is exact.
 DIRECTIONS = 32
@@ -33,9 +33,6 @@ NUDGE = 0.01
 #: scene, light does not come nearer by a hundredth of that.
 MOST_NUDGE = 256
 
-#: Shadow rays start nearer: by this share of the way to the middle of the faces.
-RAY_NUDGE = 0.02
-
 #: Higher lifts, in radii, that are tried while each shows GAIN times the area of the one before: inside a hollow, where
 #: the tangent plane lies behind the surface, a disc must be lifted by its sagitta.
 LIFTS = (0.05, 0.2)
@@ -43,9 +40,6 @@ GAIN = 1.3
 
 #: Below this share of its disc a point counts as hidden: buried in other geometry or squeezed between surfaces.
 SMALLEST_SHARE = 0.002
-
-#: Points whose rays are cast at a time.
-POINTS_PER_CHUNK = 1 << 12
 
 
 @dataclass(frozen=True)
@@ -57,14 +51,12 @@ class VisibleArea:
              the plain estimator's discs K is 1
     partial  (N,) whether anything does
     hidden   (N,) whether so little is left that the point has no light of its own
-    enclosed (N,) whether the point looks at the insides of closed geometry (see core/estimator/enclosure.py)
     """
 
     reach: np.ndarray
     nested: np.ndarray
     partial: np.ndarray
     hidden: np.ndarray
-    enclosed: np.ndarray
 
     @property
     def areas(self) -> np.ndarray:
@@ -92,22 +84,19 @@ class VisibleArea:
 class VisibleDiscs:
     """N discs put in front of the surface, and what their centres see of them.
 
-    discs    where crossings are counted; inside hollows lifted well off the surface
-    area     the outlines of what their centres see
-    origins  (N, 3) metres, where shadow rays start: just inside their faces, and as little off them
+    discs  where crossings are counted; inside hollows lifted well off the surface
+    area   the outlines of what their centres see
     """
 
     discs: TangentDiscs
     area: VisibleArea
-    origins: np.ndarray
 
     @staticmethod
     def joined(parts: list[VisibleDiscs]) -> VisibleDiscs:
         """All discs of ``parts`` in their order; ``parts`` holds at least one."""
         discs = [[getattr(part.discs, name) for part in parts] for name in ("centres", "normals", "radii")]
         area = [[getattr(part.area, field.name) for part in parts] for field in fields(VisibleArea)]
-        origins = np.concatenate([part.origins for part in parts])
-        return VisibleDiscs(TangentDiscs(*map(np.concatenate, discs)), VisibleArea(*map(np.concatenate, area)), origins)
+        return VisibleDiscs(TangentDiscs(*map(np.concatenate, discs)), VisibleArea(*map(np.concatenate, area)))
 
 
 def visible_discs(caster: RayCaster, discs: TangentDiscs, inward: np.ndarray | None = None) -> Iterator[VisibleDiscs]:
@@ -116,77 +105,49 @@ def visible_discs(caster: RayCaster, discs: TangentDiscs, inward: np.ndarray | N
     ``inward`` (N, 3) metres leads from each point into its own faces, at most half of which it is moved along; zero
     where it need not be, None if nowhere.
     """
-    inward = np.zeros_like(discs.centres) if inward is None else inward
-    nudge = np.clip(NUDGE * discs.radii, 8 * caster.tolerance, MOST_NUDGE * caster.tolerance)
-    # Along the tangent plane only: from a rounded convex corner the middle of its faces lies inside the solid.
-    inward = inward - np.einsum("ij,ij->i", inward, discs.normals)[:, None] * discs.normals
-    length = np.linalg.norm(inward, axis=1)
-    based = discs.centres + np.minimum(nudge / np.maximum(length, nudge), 0.5)[:, None] * inward
-    # Rays need less room than discs, and beside small things there is no more.
-    step = np.clip(RAY_NUDGE * length, 8 * caster.tolerance, nudge)
-    aside = discs.centres + np.minimum(step / np.maximum(length, step), 0.5)[:, None] * inward
-    enclosure = Enclosure(caster)
+    least = np.clip(NUDGE * discs.radii, LEAST_STEP * caster.tolerance, MOST_NUDGE * caster.tolerance)
+    based = moved(discs.centres, tangential(inward, discs.normals), least)
+    facing = caster.normals
 
     def placed(rows: slice) -> VisibleDiscs:
         normals, radii = discs.normals[rows], discs.radii[rows]
-        # From the point itself: a point moved aside in a hollow lies behind the surface before it is lifted. One moved
-        # aside in a wedge has less room; what it meets from behind is the hollow.
-        headroom = _headroom(caster, discs.centres[rows], normals)
-        headroom = np.minimum(headroom, _headroom(caster, based[rows], normals, enclosure.facing))
-        least = np.minimum(nudge[rows], 0.5 * headroom)
-        lifts, reach = _lifted(caster, based[rows], normals, radii, least, headroom)
+        room = headroom_beside(caster, discs.centres[rows], based[rows], normals, facing)
+        lifts, reach = _lifted(caster, based[rows], normals, radii, np.minimum(least[rows], 0.5 * room), room)
         partial = (reach < radii[:, None]).any(axis=1)
         nested, whole = nested_areas(reach, radii), nested_areas(np.repeat(radii[:, None], DIRECTIONS, axis=1), radii)
         hidden = nested[:, 0] < SMALLEST_SHARE * whole[:, 0]
         lifted = TangentDiscs(based[rows] + lifts[:, None] * normals, normals, radii)
-        origins = aside[rows] + np.minimum(step[rows], least)[:, None] * normals
-        enclosed = enclosure.enclosed(origins, normals)
-        area = VisibleArea(reach, np.where(hidden[:, None], whole, nested), partial, hidden, enclosed)
-        return VisibleDiscs(lifted, area, origins)
+        return VisibleDiscs(lifted, VisibleArea(reach, np.where(hidden[:, None], whole, nested), partial, hidden))
 
     chunks = range(0, len(discs), POINTS_PER_CHUNK)
     yield from ordered_map(placed, [slice(start, start + POINTS_PER_CHUNK) for start in chunks])
 
 
-def whole_discs(caster: RayCaster, discs: TangentDiscs) -> Iterator[VisibleDiscs]:
-    """The ``discs`` (N) as they are, seen as a whole: the plain estimator. Shadow rays start just off their centres."""
+def whole_discs(discs: TangentDiscs) -> Iterator[VisibleDiscs]:
+    """The ``discs`` (N) as they are, seen as a whole: the plain estimator."""
     nowhere = np.zeros(len(discs), bool)
-    area = VisibleArea(np.empty((len(discs), 0)), discs.areas[:, None], nowhere, nowhere, nowhere)
-    yield VisibleDiscs(discs, area, discs.centres + 8 * caster.tolerance * discs.normals)
+    area = VisibleArea(np.empty((len(discs), 0)), discs.areas[:, None], nowhere, nowhere)
+    yield VisibleDiscs(discs, area)
 
 
-def _lifted(caster, centres, normals, radii, least, headroom) -> tuple[np.ndarray, np.ndarray]:
+def _lifted(caster, centres, normals, radii, least, room) -> tuple[np.ndarray, np.ndarray]:
     """The lift (N,), ``least`` or more, of each disc and its outline there; no disc is lifted through a surface."""
     lifts = least.copy()
     reach = _reach(caster, centres + lifts[:, None] * normals, normals, radii)
     areas = outline_area(reach)
     rows = np.flatnonzero(areas < np.pi * radii**2 / GAIN)
     # From where the disc lies now, too: aside of a point in a wedge the other side is nearer.
-    above = lifts[rows] + _headroom(caster, centres[rows] + lifts[rows, None] * normals[rows], normals[rows])
-    headroom = headroom.copy()
-    headroom[rows] = np.minimum(headroom[rows], above)
+    above = lifts[rows] + headroom(caster, centres[rows] + lifts[rows, None] * normals[rows], normals[rows])
+    room = room.copy()
+    room[rows] = np.minimum(room[rows], above)
     for share in LIFTS:
-        rows = rows[share * radii[rows] < 0.5 * headroom[rows]]
+        rows = rows[share * radii[rows] < 0.5 * room[rows]]
         lift = share * radii[rows]
         higher = _reach(caster, centres[rows] + lift[:, None] * normals[rows], normals[rows], radii[rows])
         gains = outline_area(higher) > GAIN * areas[rows]
         rows, higher = rows[gains], higher[gains]
         lifts[rows], reach[rows], areas[rows] = lift[gains], higher, outline_area(higher)
     return lifts, reach
-
-
-def _headroom(caster: RayCaster, centres, normals, facing=None) -> np.ndarray:
-    """How far (N,) it is along the normal to the next surface, at least twice what keeps clear of the own one.
-
-    With the triangles' normals ``facing`` (T, 3) only fronts count.
-    """
-    start = 4 * caster.tolerance
-    hits = caster.first_hits(centres + start * normals, normals)
-    free = hits.triangle < 0
-    if facing is not None:
-        free |= np.einsum("ij,ij->i", facing[hits.triangle], normals) > 0
-    distance = np.linalg.norm(hits.points - centres, axis=1)
-    return np.where(free, np.inf, np.maximum(distance, 2 * start))
 
 
 def _reach(caster: RayCaster, origins, normals, radii) -> np.ndarray:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from detp.core.bake import bake
 from detp.core.discs import TangentDiscs
+from detp.core.estimator.standpoints import standpoints
 from detp.core.estimator.visible_area import NUDGE, visible_discs
 from detp.core.lights.emissive import EmissiveTriangles
 from detp.core.lights.point import PointLight
@@ -149,9 +150,9 @@ def test_a_rounded_convex_corner_sees_the_whole_sky():
 
 def enclosed_and_hidden(quads, points, normals, lights):
     scene = scene_of(quads, 0.5, lights=lights)
-    (placed,) = visible_discs(RayCaster(scene.corners), TangentDiscs.of_radius(points, normals, RADIUS))
+    (places,) = standpoints(RayCaster(scene.corners), points, normals)
     settings = BakeSettings(photons=20_000, radius=RADIUS, direct="photons")
-    return placed.area.enclosed.tolist(), finished(bake(scene, points, normals, settings)).hidden.tolist()
+    return places.enclosed.tolist(), finished(bake(scene, points, normals, settings)).hidden.tolist()
 
 
 def test_points_inside_closed_things_are_enclosed_and_hidden():

@@ -130,9 +130,9 @@ def test_a_stopped_bake_keeps_its_light(live):
 
 
 def test_an_error_is_reached_and_not_by_far():
-    report = finished(steps(BakeSettings(error=0.05), live=False))
+    report = finished(steps(BakeSettings(error=0.01), live=False))
     # A part of the error is left to the blur of the discs.
-    assert 0.03 < report.relative_error <= 0.85 * 0.05
+    assert 0.006 < report.relative_error <= 0.85 * 0.01
     assert not report.warnings
 
 

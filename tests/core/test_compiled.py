@@ -134,7 +134,7 @@ def crossed(generator, count=4000, points=300):
     reach[::3] = 0.4
     partial = (reach < 0.4).any(axis=1)
     nowhere = np.zeros(points, bool)
-    visible = VisibleArea(reach, nested_areas(reach, discs.radii), partial, nowhere, nowhere)
+    visible = VisibleArea(reach, nested_areas(reach, discs.radii), partial, nowhere)
     flux = generator.exponential(size=(count, 3)) * np.where(np.arange(count) % 7 == 0, -1, 1)[:, None]
     particle = generator.integers(0, 200, count).astype(np.uint32)
     origins, ends = generator.uniform(-1.5, 1.5, (2, count, 3))
@@ -162,7 +162,7 @@ def test_sums_over_crossings_equal_those_of_numpy(kernels, monkeypatch):
 def test_whole_discs_have_no_outlines(kernels):
     discs, _, segments, found = crossed(np.random.default_rng(2))
     nowhere = np.zeros(len(discs), bool)
-    whole = VisibleArea(np.empty((len(discs), 0)), discs.areas[:, None], nowhere, nowhere, nowhere)
+    whole = VisibleArea(np.empty((len(discs), 0)), discs.areas[:, None], nowhere, nowhere)
     adding = CrossingSums(discs, segments, whole)
     assert all(adding.add(crossings).all() for crossings in found)
 

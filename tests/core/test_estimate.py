@@ -8,7 +8,6 @@ from detp.core.estimator.estimate import Accumulator, IrradianceEstimate
 from detp.core.estimator.visible_area import whole_discs
 from detp.core.gatherers.gatherer import Crossings
 from detp.core.irradiance import Irradiance
-from detp.core.rays import RayCaster
 from detp.core.segments import Segments
 
 
@@ -19,7 +18,7 @@ def simulated(particles, seed, share=0.05):
     flux = generator.exponential(size=(particles, 3)) / particles
     crossing = np.flatnonzero(generator.random(particles) < share)
     segments = Segments(np.zeros((particles, 3)), np.zeros((particles, 3)), flux, np.zeros(particles, np.uint16))
-    (placed,) = whole_discs(RayCaster(np.eye(3)[None]), discs)
+    (placed,) = whole_discs(discs)
     accumulator = Accumulator(discs, segments, particles, placed.area)
     for part in np.array_split(crossing, 3):
         accumulator.add(Crossings(part, np.zeros(len(part), np.int64)))
@@ -55,7 +54,7 @@ def test_bright_light_elsewhere_does_not_make_a_dim_disc_uncertain():
     particles, flux = 10_000, np.repeat([[1.0], [100.0]], 5_000, axis=0) * np.ones(3)
     discs = TangentDiscs.of_radius(np.zeros((2, 3)), [(0, 0, 1)] * 2, np.sqrt(1 / np.pi))
     segments = Segments(np.zeros((particles, 3)), np.zeros((particles, 3)), flux, np.zeros(particles, np.uint16))
-    (placed,) = whole_discs(RayCaster(np.eye(3)[None]), discs)
+    (placed,) = whole_discs(discs)
     accumulator = Accumulator(discs, segments, particles, placed.area)
     dim, bright = np.arange(0, 100), np.arange(5_000, 5_100)
     accumulator.add(Crossings(np.concatenate([dim, bright]), np.repeat([0, 1], 100)))

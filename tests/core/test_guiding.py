@@ -48,7 +48,7 @@ class Setting:
     def __init__(self, scene, quads):
         caster = RayCaster(scene.corners)
         points, normals = face_points(quads, across=3)
-        (self.placed,) = whole_discs(caster, TangentDiscs.of_radius(points, normals, RADIUS))
+        (self.placed,) = whole_discs(TangentDiscs.of_radius(points, normals, RADIUS))
         self.tracer = PhotonTracer(scene, caster, scene.bounds.expanded(2 * RADIUS), 64, direct=False)
         self.gatherer, _ = make_gatherer("brute-force", self.placed.discs)
 

@@ -13,6 +13,7 @@ from detp.core.refinement import (
     MOST_ROUNDS,
     Refinement,
     Step,
+    first_rounds,
 )
 from detp.core.settings import NOISE_SHARE, BakeSettings
 from detp.core.stopwatch import Stopwatch
@@ -27,8 +28,12 @@ class Bake:
         self.direct = SimpleNamespace(done=0, exact=False, rays_per_round=8 * POINTS) if rays else None
         self.photons = SimpleNamespace(particles=0, segments=0, crossings=0) if photons else None
         self.noises, self.lit = (ray_noise, photon_noise), lit
-        self.stopwatch = Stopwatch("shadow", "trace", "gather")
-        self.refinement = Refinement(settings, self.direct, self.photons, self.stopwatch, time.perf_counter())
+        self.stopwatch, self.settings, self.start = (
+            Stopwatch("shadow", "trace", "gather"),
+            settings,
+            time.perf_counter(),
+        )
+        self.refinement = Refinement(settings, self.direct, self.photons, self.stopwatch, self.start)
         self.steps = []
 
     def light(self, noise, amount):
@@ -46,8 +51,10 @@ class Bake:
         return light.relative_error
 
     def run(self, most=500):
-        error = float("nan")
-        while (step := self.refinement.next()) is not None:
+        error, first = float("nan"), []
+        if self.direct is not None and self.direct.done == 0:
+            first = [Step(rounds=first_rounds(self.direct, self.settings, self.start))]
+        while (step := first.pop() if first else self.refinement.next()) is not None:
             assert len(self.steps) < most
             self.steps.append(step)
             if step.rounds:

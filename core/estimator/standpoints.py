@@ -1,0 +1,107 @@
+"""Where points stand to look around: inside their own faces and just off them, whatever the radius of their discs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..parallel import ordered_map
+from ..rays import RayCaster
+from .enclosure import Enclosure
+
+#: Points on an edge look from this share of the way to the middle of their faces, and from as far off them.
+STEP = 0.02
+
+#: But from no more than so many of the caster's tolerances, 1/8192 of the scene's radius, so that points that stand in
+#: other geometry do not come out of it, and at least from so many.
+MOST_STEP, LEAST_STEP = 64, 8
+
+#: Points whose rays are cast at a time.
+POINTS_PER_CHUNK = 1 << 12
+
+
+@dataclass(frozen=True)
+class Standpoints:
+    """Where N points look around from.
+
+    origins   (N, 3) metres, where shadow rays start
+    enclosed  (N,) whether the point looks at the insides of closed geometry (see enclosure.py)
+    """
+
+    origins: np.ndarray
+    enclosed: np.ndarray
+
+    @staticmethod
+    def joined(parts: list[Standpoints]) -> Standpoints:
+        """All standpoints of ``parts`` in their order; ``parts`` holds at least one."""
+        origins, enclosed = zip(*((part.origins, part.enclosed) for part in parts), strict=True)
+        return Standpoints(np.concatenate(origins), np.concatenate(enclosed))
+
+
+def standpoints(
+    caster: RayCaster, points: np.ndarray, normals: np.ndarray, inward: np.ndarray | None = None
+) -> Iterator[Standpoints]:
+    """Find where ``points`` (N, 3) m with unit ``normals`` (N, 3) can look around from, some at a time.
+
+    ``inward`` (N, 3) metres leads from each point into its own faces, at most half of which it is moved along; zero
+    where it need not be, None if nowhere.
+    """
+    within = tangential(inward, normals)
+    enclosure = Enclosure(caster)
+
+    def found(rows: slice) -> Standpoints:
+        length = np.linalg.norm(within[rows], axis=1)
+        step = np.clip(STEP * length, LEAST_STEP * caster.tolerance, MOST_STEP * caster.tolerance)
+        aside = moved(points[rows], within[rows], step)
+        off = np.minimum(step, 0.5 * headroom_beside(caster, points[rows], aside, normals[rows], enclosure.facing))
+        origins = aside + off[:, None] * normals[rows]
+        return Standpoints(origins, enclosure.enclosed(origins, normals[rows]))
+
+    chunks = range(0, len(points), POINTS_PER_CHUNK)
+    yield from ordered_map(found, [slice(start, start + POINTS_PER_CHUNK) for start in chunks])
+
+
+def plain_standpoints(caster: RayCaster, points: np.ndarray, normals: np.ndarray) -> Iterator[Standpoints]:
+    """Just off the ``points`` (N, 3) themselves, and none of them enclosed: as the plain estimator takes them."""
+    yield Standpoints(points + LEAST_STEP * caster.tolerance * normals, np.zeros(len(points), bool))
+
+
+def tangential(inward: np.ndarray | None, normals: np.ndarray) -> np.ndarray:
+    """What of ``inward`` (N, 3), None for nothing, lies in the tangent planes of ``normals`` (N, 3).
+
+    From a rounded convex corner the middle of its faces lies inside the solid.
+    """
+    if inward is None:
+        return np.zeros_like(normals)
+    return inward - np.einsum("ij,ij->i", inward, normals)[:, None] * normals
+
+
+def moved(points: np.ndarray, ways: np.ndarray, distance: np.ndarray) -> np.ndarray:
+    """The ``points`` (N, 3) moved along ``ways`` (N, 3) by a ``distance`` (N,), but by half of each way at most."""
+    length = np.linalg.norm(ways, axis=1)
+    return points + np.minimum(distance / np.maximum(length, distance), 0.5)[:, None] * ways
+
+
+def headroom_beside(caster: RayCaster, points, aside, normals, facing) -> np.ndarray:
+    """How far (N,) it is along the normal to the next surface, from ``points`` and from where they stand ``aside``.
+
+    From the point itself: a point moved aside in a hollow lies behind the surface before it is lifted. One moved aside
+    in a wedge has less room; what it meets from behind, by the triangles' normals ``facing`` (T, 3), is the hollow.
+    """
+    return np.minimum(headroom(caster, points, normals), headroom(caster, aside, normals, facing))
+
+
+def headroom(caster: RayCaster, points, normals, facing=None) -> np.ndarray:
+    """How far (N,) it is along the normal to the next surface, at least twice what keeps clear of the own one.
+
+    With the triangles' normals ``facing`` (T, 3) only fronts count.
+    """
+    start = 4 * caster.tolerance
+    hits = caster.first_hits(points + start * normals, normals)
+    free = hits.triangle < 0
+    if facing is not None:
+        free |= np.einsum("ij,ij->i", facing[hits.triangle], normals) > 0
+    distance = np.linalg.norm(hits.points - points, axis=1)
+    return np.where(free, np.inf, np.maximum(distance, 2 * start))

@@ -79,9 +79,8 @@ def main() -> int:
     more = []
     for name, build in ENCLOSURES.items():
         enclosure = furnace(build, "CORNER")
-        for radius in arguments.radii[1:]:
-            more.append(row_with_more(name, enclosure, radius, arguments.more))
-            print(more[-1], flush=True)
+        more.append(row_with_more(name, enclosure, max(arguments.radii), arguments.more))
+        print(more[-1], flush=True)
     lines = [*heading(arguments), *rows, *heading_of_more(arguments), *more, ""]
     arguments.output.write_text("\n".join(lines), encoding="utf-8")
     return 0
@@ -91,7 +90,9 @@ def parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("-o", "--output", type=Path, default=DOCS)
     parser.add_argument("--photons", type=int, default=300_000)
-    parser.add_argument("--more", type=int, default=10_000_000, help="photons of the second table")
+    parser.add_argument(
+        "--more", type=int, default=10_000_000, help="photons of the second table, of the largest radius"
+    )
     parser.add_argument("--radii", type=float, nargs="*", default=[0.02, 0.05, 0.1])
     return parser.parse_args()
 

@@ -81,12 +81,14 @@ class JobProgress:
     """Where a job stands: what it is doing, the share done (0..1), and the seconds it still needs, if known.
 
     error   the share by which half of the lit points are likely to be off at most so far; None while it is unknown
+    shown   whether colours have just been shown, which wait to be drawn
     """
 
     phase: str
     fraction: float
     remaining: float | None = None
     error: float | None = None
+    shown: bool = False
 
 
 def bake_scene(
@@ -117,10 +119,11 @@ def bake_scene(
     with live or nullcontext():
         for progress in _bake_steps(export, rows, request, start):
             found = progress.found or found
-            if found is not None and live is not None and live.due and progress.found is not None:
+            shown = progress.found is not None and live is not None and live.due
+            if shown:
                 begin = time.perf_counter()
                 live.show(_colours(_seen(targets, export, rows, found), found, request)[0], begin)
-            wish = yield _job_progress(progress, found, time.perf_counter() - exported)
+            wish = yield _job_progress(progress, found, time.perf_counter() - exported, shown)
             stopped = stopped or bool(wish)
             if stopped and found is not None:
                 break
@@ -211,11 +214,11 @@ def _bake_steps(export: ExportedScene, rows: np.ndarray, request: BakeRequest, s
     yield Progress("Writing the colours", 1.0, result)
 
 
-def _job_progress(progress: Progress, found: BakeResult | None, passed: float) -> JobProgress:
+def _job_progress(progress: Progress, found: BakeResult | None, passed: float, shown: bool) -> JobProgress:
     share = progress.fraction
     remaining = passed * (1 - share) / share if 0.01 < share < 1 else None
     error = None if found is None or not np.isfinite(found.relative_error) else found.relative_error
-    return JobProgress(progress.phase, share, remaining, error)
+    return JobProgress(progress.phase, share, remaining, error, shown)
 
 
 def _seen(targets: list[BakeTarget], export: ExportedScene, rows: np.ndarray, result: BakeResult) -> list[BakeTarget]:

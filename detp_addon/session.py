@@ -23,6 +23,9 @@ class Outcome:
 
 DONE, CANCELLED, FAILED = "DONE", "CANCELLED", "FAILED"
 
+#: Seconds after reading the scene in which no pause is made to show what comes next: the first light comes the sooner.
+HURRY = 1.0
+
 
 class BakeSession:
     """One run of the generator ``steps``; nobody else may step or close it.
@@ -34,13 +37,14 @@ class BakeSession:
     def __init__(self, steps: Generator[JobProgress, None, BakeReport]):
         self._steps = steps
         self._phases: set[str] = set()
+        self._read = math.inf  # when the scene had been read
         self._stop: bool | None = None
         self._begun = False  # a generator takes nothing before its first step
         self.progress = JobProgress("Starting", 0.0)
         self.outcome: Outcome | None = None
 
     def step(self, seconds: float) -> None:
-        """Work for about so long, to the end, or to a phase that is new: its name can be shown before it takes long.
+        """Work for about so long, to the end, or to what can be shown: colours, or the name of a phase that is new.
 
         What a user can cause becomes the outcome; an error of the program is raised, after the outcome is set.
         """
@@ -58,9 +62,12 @@ class BakeSession:
             except BaseException as error:
                 self.outcome = Outcome(FAILED, f"The bake broke off, please report this: {error!r}")
                 raise
-            new = self.progress.phase not in self._phases
+            now, new = time.perf_counter(), self.progress.phase not in self._phases
             self._phases.add(self.progress.phase)
-            if new or time.perf_counter() >= deadline:
+            if len(self._phases) == 2:
+                self._read = min(self._read, now)
+            named = new and not self._read <= now < self._read + HURRY
+            if named or self.progress.shown or now >= deadline:
                 return
 
     def run(self) -> None:

@@ -75,7 +75,8 @@ class TestSession:
         assert bake.progress.fraction == pytest.approx(0.001)
         assert session.running() is bake
 
-    def test_a_new_phase_is_shown_before_it_takes_long(self):
+    def test_a_new_phase_is_shown_before_it_takes_long(self, monkeypatch):
+        monkeypatch.setattr(session, "HURRY", 0.0)
         bake = session.begin(steps(1000, REPORT))
         bake.step(math.inf)
         assert bake.progress.phase == "Reading"
@@ -83,6 +84,22 @@ class TestSession:
         assert bake.progress.phase == "Working" and bake.outcome is None
         bake.step(math.inf)
         assert bake.outcome is not None
+
+    def test_on_the_way_to_the_first_light_no_phase_is_shown_but_the_light_is(self):
+        def soon_lit():
+            yield JobProgress("Reading", 0.0)
+            yield JobProgress("Placing", 0.0)
+            yield JobProgress("Casting", 0.0, shown=True)
+            yield JobProgress("Tracing", 0.0)
+            return REPORT
+
+        bake = session.begin(soon_lit())
+        bake.step(math.inf)
+        assert bake.progress.phase == "Reading"
+        bake.step(math.inf)
+        assert bake.progress.phase == "Casting"
+        bake.run()
+        assert bake.outcome.status == session.DONE
 
     def test_runs_to_the_end(self):
         bake = session.begin(steps(10, REPORT))

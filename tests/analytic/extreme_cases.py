@@ -188,14 +188,17 @@ def radii(size):
     lamp = scene_of(quads, 0.5, lights=(PointLight((1, 1, 1), (12.0,) * 3),))
     worst, different = 0.0, 0.0
     for share, way in product((1e-6, 1e-3, 0.1, 1.0, 10.0), WAYS):
-        # Discs within a face read E in its middle; discs that hold the face read its mean, 1 by the energy balance.
-        scene, radius = (lamp if share >= 1 else furnace), share * furnace.bounds.radius
+        # Discs within a face read E in its middle. Discs that hold the face read its mean, 1 by the energy balance:
+        # plain ones of the scene's size, and of ten times that all the nested discs of which visible ones are made, too.
+        plain, radius = way["estimator"] == "plain", share * furnace.bounds.radius
+        whole = share >= (1 if plain else 10)
+        scene = lamp if whole else furnace
         results = [
             baked(scene, points, normals, 3000 * size, radius=radius, gatherer=search, **way) for search in SEARCHES
         ]
         different = max(different, *(relative(r.irradiance, results[0].irradiance) for r in results[1:]))
-        seen = 4 / (np.pi * radius**2) if way["estimator"] == "plain" and share >= 1 else 1.0
-        at_point = 12 / (4 * np.pi) if share >= 1 else 0.5
+        seen = 4 / (np.pi * radius**2) if plain and whole else 1.0
+        at_point = 12 / (4 * np.pi) if whole else 0.5
         expected = at_point + 0.5 * seen if way["direct"] == "shadow-rays" else seen
         worst = max(worst, scores(results[0], 3 * expected).max())
     return f"largest error {worst:.1f} sigma; gatherers differ by {different:.0e}", worst < 5 and different < 1e-12

@@ -189,7 +189,7 @@ def radii(size):
     worst, different = 0.0, 0.0
     for share, way in product((1e-6, 1e-3, 0.1, 1.0, 10.0), WAYS):
         # Discs within a face read E in its middle. Discs that hold the face read its mean, 1 by the energy balance:
-        # plain ones of the scene's size, and of ten times that all the nested discs of which visible ones are made, too.
+        # plain ones of its size do, and of visible ones of ten times its size all the nested discs do.
         plain, radius = way["estimator"] == "plain", share * furnace.bounds.radius
         whole = share >= (1 if plain else 10)
         scene = lamp if whole else furnace

@@ -1,7 +1,12 @@
 """Fixtures that tests of the core share."""
 
 import pytest
+from hypothesis import settings
 from kernels_or_skip import kernels_or_skip
+
+# How long an example takes says what else the machine does: speed is measured in benchmarks.
+settings.register_profile("untimed", deadline=None)
+settings.load_profile("untimed")
 
 
 @pytest.fixture

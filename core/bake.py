@@ -116,10 +116,11 @@ def bake(
     start = time.perf_counter()
     stopwatch = Stopwatch("radius", "place", "shadow", "trace", "gather")
     plain, by_photons = settings.estimator == "plain", settings.direct_by == "photons"
-    caster = RayCaster(scene.corners)
     if settings.radius is not None:
         check_radius(settings.radius, scene)
     yield Progress("Placing the points", 0.0)
+    with stopwatch("place"):
+        caster = RayCaster(scene.corners)
     standing = plain_standpoints(caster, centres, normals) if plain else standpoints(caster, centres, normals, inward)
     places = Standpoints.joined((yield from _gathered("Placing the points", stopwatch.timed("place", standing))))
 

@@ -55,7 +55,8 @@ class Irradiance:
         if known.mean() < 0.5:
             return float("inf")
         # Three quarters of the points stay within 1.2 of this with a probability of three quarters: more than half.
-        upper = np.partition(errors, int(0.75 * len(errors)))[int(0.75 * len(errors))]
+        row = int(0.75 * len(errors))
+        upper = np.partition(errors, row)[row]
         low, high = 0.0, float(1.2 * upper if np.isfinite(upper) else errors[known].max())
         with np.errstate(divide="ignore", invalid="ignore"):
             for _ in range(HALVINGS):

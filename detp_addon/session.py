@@ -64,8 +64,8 @@ class BakeSession:
                 raise
             now, new = time.perf_counter(), self.progress.phase not in self._phases
             self._phases.add(self.progress.phase)
-            if len(self._phases) == 2:
-                self._read = min(self._read, now)
+            if new and len(self._phases) == 2:
+                self._read = now
             named = new and not self._read <= now < self._read + HURRY
             if named or self.progress.shown or now >= deadline:
                 return

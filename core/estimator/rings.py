@@ -26,8 +26,8 @@ def nested_areas(reach: np.ndarray, radii: np.ndarray) -> np.ndarray:
     radii  (N,) metres, of the discs
     """
     sector = 2 * np.pi / reach.shape[1]
-    wide = radii[:, None] * 0.5 ** np.arange(RINGS)
-    areas = np.pi * wide**2
+    wide = _nested_radii(radii)
+    areas = whole_areas(radii)
     nearest = reach.min(axis=1)
     partial = nearest < radii
     areas[partial, 0] = outline_area(reach[partial])
@@ -39,30 +39,36 @@ def nested_areas(reach: np.ndarray, radii: np.ndarray) -> np.ndarray:
     return np.minimum.accumulate(areas, axis=1)
 
 
+def whole_areas(radii: np.ndarray) -> np.ndarray:
+    """Area (N, RINGS) m^2 of the nested discs of discs with these ``radii`` (N,) metres."""
+    return np.pi * _nested_radii(radii) ** 2
+
+
 def outline_area(reach: np.ndarray) -> np.ndarray:
     """Area (N,) of the polygon whose corners have the distances ``reach`` (N, D), at equal angles: of its triangles."""
     return 0.5 * np.sin(2 * np.pi / reach.shape[1]) * (reach * np.roll(reach, -1, axis=1)).sum(axis=1)
 
 
-def rings_of(discs: TangentDiscs, segments: Segments, crossings: Crossings) -> np.ndarray:
-    """In which ring (C,), 0...RINGS - 1, of their discs the ``crossings`` lie."""
-    normals = discs.normals[crossings.disc]
-    away = offsets(discs, segments, crossings.segment, crossings.disc, normals)
-    squared = np.einsum("ij,ij->i", away, away)
-    limit = discs.radii[crossings.disc] ** 2
-    ring = np.zeros(len(crossings), np.uint8)
+def rings_of(offset: np.ndarray, radii: np.ndarray) -> np.ndarray:
+    """In which ring (C,), 0...RINGS - 1, of discs of ``radii`` (C,) places so far (C, 3) from the centres lie."""
+    squared, limit = np.einsum("ij,ij->i", offset, offset), radii**2
+    ring = np.zeros(len(radii), np.uint8)
     for level in range(1, RINGS):
         ring += squared <= limit * 0.25**level
     return ring
 
 
-def offsets(discs: TangentDiscs, segments: Segments, segment, disc, normals: np.ndarray) -> np.ndarray:
-    """From the centres to where (C, 3) metres the segments cross their discs, with the discs' ``normals`` (C, 3)."""
-    origins = segments.origins[segment]
-    along = segments.ends[segment] - origins
-    away = discs.centres[disc] - origins
+def offsets(discs: TangentDiscs, segments: Segments, crossings: Crossings) -> np.ndarray:
+    """From the centres to where (C, 3) metres the segments cross their discs."""
+    normals, origins = discs.normals[crossings.disc], segments.origins[crossings.segment]
+    along = segments.ends[crossings.segment] - origins
+    away = discs.centres[crossings.disc] - origins
     time = np.einsum("ij,ij->i", away, normals) / np.einsum("ij,ij->i", along, normals)
     return time[:, None] * along - away
+
+
+def _nested_radii(radii: np.ndarray) -> np.ndarray:
+    return radii[:, None] * 0.5 ** np.arange(RINGS)
 
 
 def _area_within(reach: np.ndarray, radius: np.ndarray, sector: float) -> np.ndarray:

@@ -19,7 +19,7 @@ from ..parallel import ordered_map
 from ..rays import RayCaster
 from ..sampling import frames
 from ..segments import Segments
-from .rings import OUTSIDE, nested_areas, offsets, outline_area, rings_of
+from .rings import OUTSIDE, nested_areas, offsets, outline_area, rings_of, whole_areas
 from .standpoints import LEAST_STEP, POINTS_PER_CHUNK, headroom, headroom_beside, moved, tangential
 
 #: Rays in the tangent plane. Neighbours are joined by straight lines, so a wall's outline is exact.
@@ -63,21 +63,33 @@ class VisibleArea:
         """Area (N,) m^2 inside the whole outline."""
         return self.nested[:, 0]
 
+    def inside(self, discs: TangentDiscs, segments: Segments, crossings: Crossings) -> np.ndarray:
+        """Which (C,) of the ``crossings`` lie inside the outlines."""
+        doubtful = np.flatnonzero(self.partial[crossings.disc])
+        some = crossings.taken(doubtful)
+        keep = np.full(len(crossings), True)
+        keep[doubtful] = ~self._outside(discs.normals, some.disc, offsets(discs, segments, some))
+        return keep
+
     def rings(self, discs: TangentDiscs, segments: Segments, crossings: Crossings) -> np.ndarray:
         """The ring (C,) of its disc in which each of the ``crossings`` lies, OUTSIDE of its outline that number."""
         if self.nested.shape[1] == 1:
             return np.zeros(len(crossings), np.uint8)
-        ring = rings_of(discs, segments, crossings)
+        offset = offsets(discs, segments, crossings)
+        ring = rings_of(offset, discs.radii[crossings.disc])
         doubtful = np.flatnonzero(self.partial[crossings.disc])
-        disc = crossings.disc[doubtful]
-        x, y = _in_frame(discs, segments, crossings.segment[doubtful], disc)
-        turn = np.arctan2(y, x) * (DIRECTIONS / (2 * np.pi))
-        sector = np.floor(turn).astype(np.int64)
-        ax, ay = _corner(self.reach, disc, sector)
-        bx, by = _corner(self.reach, disc, sector + 1)
-        outside = (bx - ax) * (y - ay) < (by - ay) * (x - ax)
+        outside = self._outside(discs.normals, crossings.disc[doubtful], offset[doubtful])
         ring[doubtful[outside]] = OUTSIDE
         return ring
+
+    def _outside(self, normals: np.ndarray, disc: np.ndarray, offset: np.ndarray) -> np.ndarray:
+        """Which places so far (P, 3) from the centres of discs ``disc`` (P,) lie outside of their outlines."""
+        first, second = frames(normals[disc])
+        x, y = (np.einsum("ij,ij->i", offset, axis) for axis in (first, second))
+        sector = np.floor(np.arctan2(y, x) * (DIRECTIONS / (2 * np.pi))).astype(np.int64)
+        ax, ay = _corner(self.reach, disc, sector)
+        bx, by = _corner(self.reach, disc, sector + 1)
+        return (bx - ax) * (y - ay) < (by - ay) * (x - ax)
 
 
 @dataclass(frozen=True)
@@ -114,7 +126,7 @@ def visible_discs(caster: RayCaster, discs: TangentDiscs, inward: np.ndarray | N
         room = headroom_beside(caster, discs.centres[rows], based[rows], normals, facing)
         lifts, reach = _lifted(caster, based[rows], normals, radii, np.minimum(least[rows], 0.5 * room), room)
         partial = (reach < radii[:, None]).any(axis=1)
-        nested, whole = nested_areas(reach, radii), nested_areas(np.repeat(radii[:, None], DIRECTIONS, axis=1), radii)
+        nested, whole = nested_areas(reach, radii), whole_areas(radii)
         hidden = nested[:, 0] < SMALLEST_SHARE * whole[:, 0]
         lifted = TangentDiscs(based[rows] + lifts[:, None] * normals, normals, radii)
         return VisibleDiscs(lifted, VisibleArea(reach, np.where(hidden[:, None], whole, nested), partial, hidden))
@@ -161,14 +173,6 @@ def _reach(caster: RayCaster, origins, normals, radii) -> np.ndarray:
     distance = np.sqrt(np.einsum("ij,ij->i", away, away)).reshape(-1, DIRECTIONS)
     missed = hits.triangle.reshape(-1, DIRECTIONS) < 0
     return np.where(missed, radii[:, None], np.minimum(distance, radii[:, None]))
-
-
-def _in_frame(discs: TangentDiscs, segments: Segments, segment, disc) -> tuple[np.ndarray, np.ndarray]:
-    """Where (C,) each segment crosses its disc, along the disc's two frame vectors from its centre, metres."""
-    normals = discs.normals[disc]
-    offset = offsets(discs, segments, segment, disc, normals)
-    first, second = frames(normals)
-    return np.einsum("ij,ij->i", offset, first), np.einsum("ij,ij->i", offset, second)
 
 
 def _corner(reach: np.ndarray, disc, sector) -> tuple[np.ndarray, np.ndarray]:

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..estimator.rings import OUTSIDE
 from ..estimator.visible_area import VisibleDiscs
 from ..gatherers.gatherer import Gatherer
 from ..parallel import ordered_map
@@ -133,7 +132,7 @@ def _uses(
     held, count, every = [], 0, 1
     for crossings in gatherer.crossings(segments):
         crossed += np.bincount(particle.take(crossings.segment), minlength=particles)
-        crossings = crossings.taken(placed.area.rings(placed.discs, segments, crossings) != OUTSIDE)
+        crossings = crossings.taken(placed.area.inside(placed.discs, segments, crossings))
         alone = power.take(crossings.segment) / placed.area.areas.take(crossings.disc)
         found += np.bincount(crossings.disc, alone, discs)
         squares += np.bincount(crossings.disc, alone**2, discs)

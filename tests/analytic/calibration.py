@@ -111,12 +111,11 @@ def _distances(values, errors):
     """How many standard errors (R, ...) each estimate is from the mean of the others."""
     seeds = len(values)
     others = (values.sum(axis=0) - values) / (seeds - 1)
-    total = np.sqrt(errors**2 + values.var(axis=0, ddof=1) / (seeds - 1))
-    return np.divide(values - others, total, out=np.zeros_like(values), where=total > 0)
+    return _distances_to(others, np.sqrt(values.var(axis=0, ddof=1) / (seeds - 1)), values, errors)
 
 
 def _distances_to(limit, doubt, values, errors):
-    """How many standard errors (R, ...) each estimate is from the ``limit`` (...), itself known to the ``doubt``."""
+    """How many standard errors (R, ...) each estimate is from its ``limit``, which is known to the ``doubt``."""
     total = np.sqrt(errors**2 + doubt**2)
     return np.divide(values - limit, total, out=np.zeros_like(values), where=total > 0)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from detp.core.discs import TangentDiscs
 from detp.core.estimator.nested_discs import nested_estimate
-from detp.core.estimator.rings import RINGS, nested_areas, rings_of
+from detp.core.estimator.rings import RINGS, nested_areas, offsets, rings_of
 from detp.core.estimator.visible_area import DIRECTIONS
 from detp.core.gatherers.gatherer import Crossings
 from detp.core.segments import Segments
@@ -64,7 +64,8 @@ def test_crossings_lie_in_the_ring_of_their_distance():
     way = np.array((0.0, 0.0, 1.0)) + tilt
     segments = Segments(at + way, at - 2 * way, np.ones((8, 3)), np.zeros(8, np.uint16))
     discs = TangentDiscs.of_radius(np.array([(0.0, 9.0, 0.0), (5.0, 0.0, 0.0)]), [(0, 0, 1)] * 2, 2.0)
-    rings = rings_of(discs, segments, Crossings(np.arange(8), np.ones(8, np.int64)))
+    crossings = Crossings(np.arange(8), np.ones(8, np.int64))
+    rings = rings_of(offsets(discs, segments, crossings), discs.radii[crossings.disc])
     assert rings.tolist() == [0, 0, 1, 1, 2, 2, 3, 3]
 
 

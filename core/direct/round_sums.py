@@ -13,6 +13,9 @@ from .point_groups import PointGroups
 #: Rounds of rays, of all points together, that are worked on in one array.
 ROUNDS_PER_BATCH = 1 << 13
 
+#: Rounds that the variance usual in a group stands for at most: of so few points nobody knows it better.
+MOST_OF_GROUP = 32.0
+
 
 @dataclass(frozen=True)
 class RoundSums:
@@ -61,18 +64,33 @@ class RoundSums:
     def squared_error(self, value: np.ndarray, groups: PointGroups) -> np.ndarray:
         """Squared standard error (3, N) of :attr:`mean`, where all light is ``value`` (3, N); inf below two rounds.
 
-        Few rounds that happen to agree do not prove that all would: to their own variance one of that relative size is
-        added which the rounds have in the point's group (an empirical Bayes estimate with the weight of one round).
+        Few rounds that happen to agree do not prove that all would: to their own variance that relative one is added
+        which the rounds have in the point's group, with the weight of one round, and of more where the group's points
+        differ among themselves hardly more than variances of so few rounds must (empirical Bayes, as Smyth 2004).
         """
         squared, square = self.variance, value**2
         relative = np.minimum(squared / np.where(value > 0, square, np.inf), 1.0)
         usual = np.stack([groups.means(channel) for channel in relative])
+        others = self._weight_of_group(relative, usual, groups)
         usual *= square
-        count = np.maximum(self.count, 1)
-        squared *= (count - 1) / count**2
-        squared += usual / count**2
+        own = np.maximum(self.count - 1, 0)
+        squared *= own
+        squared += others * usual
+        squared /= (own + others) * np.maximum(self.count, 1)
         squared[:, self.count < 2] = np.inf
         return squared
+
+    def _weight_of_group(self, relative: np.ndarray, usual: np.ndarray, groups: PointGroups) -> np.ndarray:
+        """The rounds (3, N) that the mean of a group's ``relative`` variances (3, N), ``usual`` (3, N), stands for.
+
+        Variances of normal samples with m degrees of freedom scatter by 2 / m in relative squares. What they scatter
+        beyond that, c, is the points' own; the mean is then worth 2 / c of such samples.
+        """
+        chance = 2.0 / np.maximum(groups.means(self.count) - 1.0, 1.0)
+        scatter = np.stack([groups.means(channel) for channel in relative**2])
+        scatter = np.divide(scatter, usual**2, out=np.full_like(usual, np.inf), where=usual > 0)
+        own = (scatter - 1.0 - chance) / (1.0 + chance)
+        return np.clip(2.0 / np.maximum(own, 2.0 / MOST_OF_GROUP), 1.0, MOST_OF_GROUP)
 
     def relative_variance(self, light: np.ndarray) -> np.ndarray:
         """Variance (N,) of a round's RGB sum, fully correlated, over ``light`` (N,) squared; nan below two rounds."""

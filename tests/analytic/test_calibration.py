@@ -44,7 +44,8 @@ def test_a_disc_as_large_as_the_room_is_crossed_by_the_same_particles_again_and_
     assert alone.variance < 0.85 < 0.92 < found.variance
 
 
-def test_the_light_that_shadow_rays_bring_has_an_honest_error_too():
-    place = calibration.outdoors(points=40)
-    settings = {"indirect": False, "direct": "shadow-rays", "quality": "preview", "radius": 0.1}
+@pytest.mark.parametrize("subject, quality", [("furnace, albedo 0.8", "draft"), ("outdoors, sun and sky", "preview")])
+def test_the_light_that_shadow_rays_bring_has_an_honest_error_too(subject, quality):
+    place = calibration.SUBJECTS[subject](points=40)
+    settings = {"indirect": False, "direct": "shadow-rays", "quality": quality, "radius": 0.1}
     assert_calibrated(calibration.coverage(*calibration.repeated(place, SEEDS, **settings)))

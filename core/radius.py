@@ -107,5 +107,9 @@ def chosen_disc(
     target *= NOISE_SHARE
     if not (np.isfinite(error) and error > 0):
         return Disc(pilot_radius, photons)
-    radius = pilot_radius * error / target * np.sqrt(PILOT_PHOTONS / photons)
-    return Disc(float(np.clip(radius, SMALLEST_SHARE * size, LARGEST_SHARE * size)), photons)
+    wanted = pilot_radius * error / target * np.sqrt(PILOT_PHOTONS / photons)
+    radius = float(np.clip(wanted, SMALLEST_SHARE * size, LARGEST_SHARE * size))
+    if settings.aimed_noise is not None:
+        # What the radius may not do photons have to.
+        photons = round(min(photons * (wanted / radius) ** 2, settings.most_photons))
+    return Disc(radius, max(1, photons))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from ..compiled import kernels
@@ -12,7 +14,7 @@ from ..segments import Segments
 from .rings import OUTSIDE
 from .visible_area import VisibleArea
 
-#: Crossings from which on threads pay.
+#: Crossings from which on threads pay, and that NumPy works on in one array.
 SHARED = 1 << 14
 
 
@@ -40,7 +42,9 @@ class CrossingSums:
         """Count these crossings in, each pair of which must come once; returns which (C,) were counted."""
         if self._kernels is not None:
             return self._added_compiled(crossings)
-        ring = self._visible.rings(self._discs, self._segments, crossings)
+        slices = (slice(start, start + SHARED) for start in range(0, len(crossings), SHARED))
+        look = partial(self._visible.rings, self._discs, self._segments)
+        ring = np.concatenate(list(ordered_map(look, map(crossings.taken, slices))))
         kept = ring != OUTSIDE
         inside, (discs, rings) = crossings.taken(kept), self._shape
         place = inside.disc * rings + ring[kept]

@@ -60,11 +60,14 @@ def rings_of(offset: np.ndarray, radii: np.ndarray) -> np.ndarray:
 
 def offsets(discs: TangentDiscs, segments: Segments, crossings: Crossings) -> np.ndarray:
     """From the centres to where (C, 3) metres the segments cross their discs."""
-    normals, origins = discs.normals[crossings.disc], segments.origins[crossings.segment]
-    along = segments.ends[crossings.segment] - origins
-    away = discs.centres[crossings.disc] - origins
+    normals, away = (rows.take(crossings.disc, axis=0) for rows in (discs.normals, discs.centres))
+    origins, along = (rows.take(crossings.segment, axis=0) for rows in (segments.origins, segments.ends))
+    along -= origins
+    away -= origins
     time = np.einsum("ij,ij->i", away, normals) / np.einsum("ij,ij->i", along, normals)
-    return time[:, None] * along - away
+    along *= time[:, None]
+    along -= away
+    return along
 
 
 def _nested_radii(radii: np.ndarray) -> np.ndarray:

@@ -38,6 +38,9 @@ MOST_NUDGE = 256
 LIFTS = (0.05, 0.2)
 GAIN = 1.3
 
+#: A higher lift is looked at in every so many of the directions first, and in all only if it gains so much there.
+SPARSE, SPARSE_GAIN = 4, 1.15
+
 #: Below this share of its disc a point counts as hidden: buried in other geometry or squeezed between surfaces.
 SMALLEST_SHARE = 0.002
 
@@ -154,24 +157,27 @@ def _lifted(caster, centres, normals, radii, least, room) -> tuple[np.ndarray, n
     room[rows] = np.minimum(room[rows], above)
     for share in LIFTS:
         rows = rows[share * radii[rows] < 0.5 * room[rows]]
-        lift = share * radii[rows]
-        higher = _reach(caster, centres[rows] + lift[:, None] * normals[rows], normals[rows], radii[rows])
+        lift = share * radii
+        sparse = _reach(caster, centres[rows] + lift[rows, None] * normals[rows], normals[rows], radii[rows], SPARSE)
+        rows = rows[outline_area(sparse) > SPARSE_GAIN * outline_area(reach[rows, ::SPARSE])]
+        higher = _reach(caster, centres[rows] + lift[rows, None] * normals[rows], normals[rows], radii[rows])
         gains = outline_area(higher) > GAIN * areas[rows]
         rows, higher = rows[gains], higher[gains]
-        lifts[rows], reach[rows], areas[rows] = lift[gains], higher, outline_area(higher)
+        lifts[rows], reach[rows], areas[rows] = lift[rows], higher, outline_area(higher)
     return lifts, reach
 
 
-def _reach(caster: RayCaster, origins, normals, radii) -> np.ndarray:
-    """How far (N, DIRECTIONS) one sees within the tangent plane, up to the radius."""
+def _reach(caster: RayCaster, origins, normals, radii, every: int = 1) -> np.ndarray:
+    """How far (N, DIRECTIONS / every) one sees within the tangent plane, up to the radius."""
     first, second = (axis[:, None] for axis in frames(normals))
-    angle = (np.arange(DIRECTIONS) * (2 * np.pi / DIRECTIONS))[:, None]
-    directions = (np.cos(angle) * first + np.sin(angle) * second).reshape(-1, 3)
-    starts = np.repeat(origins, DIRECTIONS, axis=0)
-    hits = caster.first_hits(starts, directions, np.repeat(radii, DIRECTIONS))
+    directions = DIRECTIONS // every
+    angle = (np.arange(directions) * (2 * np.pi / directions))[:, None]
+    towards = (np.cos(angle) * first + np.sin(angle) * second).reshape(-1, 3)
+    starts = np.repeat(origins, directions, axis=0)
+    hits = caster.first_hits(starts, towards, np.repeat(radii, directions))
     away = hits.points - starts
-    distance = np.sqrt(np.einsum("ij,ij->i", away, away)).reshape(-1, DIRECTIONS)
-    missed = hits.triangle.reshape(-1, DIRECTIONS) < 0
+    distance = np.sqrt(np.einsum("ij,ij->i", away, away)).reshape(-1, directions)
+    missed = hits.triangle.reshape(-1, directions) < 0
     return np.where(missed, radii[:, None], np.minimum(distance, radii[:, None]))
 
 

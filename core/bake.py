@@ -25,7 +25,7 @@ from .photons.photon_light import PhotonLight
 from .photons.tracing import PhotonTracer
 from .radius import Disc, check_radius, chosen_disc
 from .rays import RayCaster
-from .refinement import Refinement, first_rounds
+from .refinement import Refinement, first_rounds, look_in_every
 from .scene import Scene
 from .settings import BakeSettings
 from .stopwatch import Stopwatch
@@ -121,8 +121,10 @@ def bake(
     yield Progress("Placing the points", 0.0)
     with stopwatch("place"):
         caster = RayCaster(scene.corners)
-    standing = plain_standpoints(caster, centres, normals) if plain else standpoints(caster, centres, normals, inward)
-    places = Standpoints.joined((yield from _gathered("Placing the points", stopwatch.timed("place", standing))))
+    before = stopwatch.seconds["place"]
+    finding = plain_standpoints(caster, centres, normals) if plain else standpoints(caster, centres, normals, inward)
+    places = Standpoints.joined((yield from _gathered("Placing the points", stopwatch.timed("place", finding))))
+    standing = stopwatch.seconds["place"] - before
 
     rays, by_rays = None, Irradiance.dark(len(centres))
     if settings.direct_by == "shadow-rays":
@@ -144,7 +146,10 @@ def bake(
         tracer = PhotonTracer(scene, caster, scene.bounds.expanded(2 * disc.radius), bounces, by_photons)
 
     discs = TangentDiscs.of_radius(centres, normals, disc.radius)
-    placing = whole_discs(discs) if plain else visible_discs(caster, discs, inward)
+    if plain:
+        placing = whole_discs(discs)
+    else:
+        placing = visible_discs(caster, discs, inward, look_in_every(settings, standing, start))
     placed = VisibleDiscs.joined((yield from _gathered("Placing the discs", stopwatch.timed("place", placing))))
 
     kinds = [kind for kind, wanted in (("direct", by_photons), ("indirect", settings.indirect)) if wanted]

@@ -25,6 +25,10 @@ FIRST_PHOTONS = 1 << 15
 #: nominal one.
 FIRST_SHARE, SLOWEST = 0.25, 2.0
 
+#: Placing discs takes about so many times as long as finding where their points stand. When that is more than this
+#: share of the time that is left, only every so many of their directions are looked in.
+PLACING, MOST_PLACING, SPARSELY = 5.0, 0.25, 4
+
 #: The smallest and largest later steps.
 LEAST_PHOTONS = 1 << 12
 MOST_ROUNDS_PER_STEP = 32
@@ -73,6 +77,17 @@ def first_rounds(direct: DirectLight, settings: BakeSettings, start: float) -> i
         return FIRST_ROUNDS
     left = settings.seconds - (time.perf_counter() - start)
     return int(np.clip(FIRST_SHARE * left / (SLOWEST * SHADOW_RAY * direct.rays_per_round), 2, FIRST_ROUNDS))
+
+
+def look_in_every(settings: BakeSettings, standing: float, start: float) -> int:
+    """Of the directions of a disc's outline every so many are looked in, as :func:`.visible_discs` takes it.
+
+    To find where the points stand took ``standing`` seconds; the bake began at ``start`` (of time.perf_counter).
+    """
+    if settings.seconds is None:
+        return 1
+    left = settings.seconds - (time.perf_counter() - start)
+    return 1 if PLACING * standing <= MOST_PLACING * left else SPARSELY
 
 
 class Refinement:

@@ -114,11 +114,14 @@ class VisibleDiscs:
         return VisibleDiscs(TangentDiscs(*map(np.concatenate, discs)), VisibleArea(*map(np.concatenate, area)))
 
 
-def visible_discs(caster: RayCaster, discs: TangentDiscs, inward: np.ndarray | None = None) -> Iterator[VisibleDiscs]:
+def visible_discs(
+    caster: RayCaster, discs: TangentDiscs, inward: np.ndarray | None = None, every: int = 1
+) -> Iterator[VisibleDiscs]:
     """Put ``discs`` (N) in front of the surface and measure their outlines, some at a time.
 
     ``inward`` (N, 3) metres leads from each point into its own faces, at most half of which it is moved along; zero
-    where it need not be, None if nowhere.
+    where it need not be, None if nowhere. Where time is short only every so many of the DIRECTIONS, 1 to SPARSE, may be
+    looked in; the outline is straight between them.
     """
     least = np.clip(NUDGE * discs.radii, LEAST_STEP * caster.tolerance, MOST_NUDGE * caster.tolerance)
     based = moved(discs.centres, tangential(inward, discs.normals), least)
@@ -127,7 +130,8 @@ def visible_discs(caster: RayCaster, discs: TangentDiscs, inward: np.ndarray | N
     def placed(rows: slice) -> VisibleDiscs:
         normals, radii = discs.normals[rows], discs.radii[rows]
         room = headroom_beside(caster, discs.centres[rows], based[rows], normals, facing)
-        lifts, reach = _lifted(caster, based[rows], normals, radii, np.minimum(least[rows], 0.5 * room), room)
+        lifts, reach = _lifted(caster, based[rows], normals, radii, np.minimum(least[rows], 0.5 * room), room, every)
+        reach = _filled(reach, radii)
         partial = (reach < radii[:, None]).any(axis=1)
         nested, whole = nested_areas(reach, radii), whole_areas(radii)
         hidden = nested[:, 0] < SMALLEST_SHARE * whole[:, 0]
@@ -145,10 +149,10 @@ def whole_discs(discs: TangentDiscs) -> Iterator[VisibleDiscs]:
     yield VisibleDiscs(discs, area)
 
 
-def _lifted(caster, centres, normals, radii, least, room) -> tuple[np.ndarray, np.ndarray]:
+def _lifted(caster, centres, normals, radii, least, room, every) -> tuple[np.ndarray, np.ndarray]:
     """The lift (N,), ``least`` or more, of each disc and its outline there; no disc is lifted through a surface."""
     lifts = least.copy()
-    reach = _reach(caster, centres + lifts[:, None] * normals, normals, radii)
+    reach = _reach(caster, centres + lifts[:, None] * normals, normals, radii, every)
     areas = outline_area(reach)
     rows = np.flatnonzero(areas < np.pi * radii**2 / GAIN)
     # From where the disc lies now, too: aside of a point in a wedge the other side is nearer.
@@ -157,28 +161,49 @@ def _lifted(caster, centres, normals, radii, least, room) -> tuple[np.ndarray, n
     room[rows] = np.minimum(room[rows], above)
     for share in LIFTS:
         rows = rows[share * radii[rows] < 0.5 * room[rows]]
-        lift = share * radii
-        sparse = _reach(caster, centres[rows] + lift[rows, None] * normals[rows], normals[rows], radii[rows], SPARSE)
-        rows = rows[outline_area(sparse) > SPARSE_GAIN * outline_area(reach[rows, ::SPARSE])]
-        higher = _reach(caster, centres[rows] + lift[rows, None] * normals[rows], normals[rows], radii[rows])
+        lifted = centres[rows] + share * radii[rows, None] * normals[rows]
+        higher = _reach(caster, lifted, normals[rows], radii[rows], SPARSE)
+        gains = outline_area(higher) > SPARSE_GAIN * outline_area(reach[rows, :: SPARSE // every])
+        rows, lifted, higher = rows[gains], lifted[gains], higher[gains]
+        if every < SPARSE:
+            higher = _reach(caster, lifted, normals[rows], radii[rows], every)
         gains = outline_area(higher) > GAIN * areas[rows]
         rows, higher = rows[gains], higher[gains]
-        lifts[rows], reach[rows], areas[rows] = lift[rows], higher, outline_area(higher)
+        lifts[rows], reach[rows], areas[rows] = share * radii[rows], higher, outline_area(higher)
     return lifts, reach
 
 
-def _reach(caster: RayCaster, origins, normals, radii, every: int = 1) -> np.ndarray:
+def _reach(caster: RayCaster, origins, normals, radii, every: int) -> np.ndarray:
     """How far (N, DIRECTIONS / every) one sees within the tangent plane, up to the radius."""
     first, second = (axis[:, None] for axis in frames(normals))
-    directions = DIRECTIONS // every
-    angle = (np.arange(directions) * (2 * np.pi / directions))[:, None]
-    towards = (np.cos(angle) * first + np.sin(angle) * second).reshape(-1, 3)
-    starts = np.repeat(origins, directions, axis=0)
-    hits = caster.first_hits(starts, towards, np.repeat(radii, directions))
+    count = DIRECTIONS // every
+    angle = (np.arange(count) * (2 * np.pi / count))[:, None]
+    directions = (np.cos(angle) * first + np.sin(angle) * second).reshape(-1, 3)
+    starts = np.repeat(origins, count, axis=0)
+    hits = caster.first_hits(starts, directions, np.repeat(radii, count))
     away = hits.points - starts
-    distance = np.sqrt(np.einsum("ij,ij->i", away, away)).reshape(-1, directions)
-    missed = hits.triangle.reshape(-1, directions) < 0
+    distance = np.sqrt(np.einsum("ij,ij->i", away, away)).reshape(-1, count)
+    missed = hits.triangle.reshape(-1, count) < 0
     return np.where(missed, radii[:, None], np.minimum(distance, radii[:, None]))
+
+
+def _filled(reach: np.ndarray, radii: np.ndarray) -> np.ndarray:
+    """The outlines ``reach`` (N, D) with all DIRECTIONS: between its corners straight, or round where nothing is."""
+    every = DIRECTIONS // reach.shape[1]
+    if every == 1:
+        return reach
+    following = np.roll(reach, -1, axis=1)
+    free = np.minimum(reach, following) >= radii[:, None]
+    filled = np.empty((len(reach), DIRECTIONS))
+    filled[:, ::every] = reach
+    whole = 2 * np.pi / reach.shape[1]
+    for step in range(1, every):
+        angle = step / every * whole
+        # Where the ray at that angle meets the line between the two corners.
+        width = reach * np.sin(angle) + following * np.sin(whole - angle)
+        line = np.divide(reach * following * np.sin(whole), width, out=np.zeros_like(width), where=width > 0)
+        filled[:, step::every] = np.where(free, radii[:, None], np.minimum(line, radii[:, None]))
+    return filled
 
 
 def _corner(reach: np.ndarray, disc, sector) -> tuple[np.ndarray, np.ndarray]:

@@ -6,7 +6,7 @@ from functools import partial
 
 from ..compiled import kernels
 from ..cost_model import SearchProblem, disc_index_tests, sphere_cache_tests
-from ..gatherers.candidates import Task, made, predicted_seconds
+from ..gatherers.candidates import Task, predicted_seconds
 from ..gatherers.choose import FEW, make_gatherer
 from ..gatherers.disc_tree import LEAF
 from ..gatherers.gatherer import Gatherer
@@ -38,7 +38,8 @@ def scene_rows(scene: StudyScene, radius: float, segments: int, repeats: int) ->
     def build(kind: str) -> None:
         # The one before would be in the way.
         built.pop(kind, None)
-        built[kind] = made(kind, discs, scene.expected, task.plan.cell if kind == "grid" else None)
+        # How large its cells should be, whoever wants a grid has to find out.
+        built[kind] = (Task.of(discs, scene.expected, some) if "grid" in kind else task).made(kind)
 
     def choose() -> None:
         built["auto"], reason = make_gatherer("auto", discs, scene.expected, some)

@@ -14,6 +14,7 @@ from detp.core.refinement import (
     Refinement,
     Step,
     first_rounds,
+    look_in_every,
 )
 from detp.core.settings import NOISE_SHARE, BakeSettings
 from detp.core.stopwatch import Stopwatch
@@ -150,3 +151,11 @@ def test_a_step_that_would_not_end_in_time_is_smaller():
         bake.observed()
     left = 60.0
     assert bake.refinement.next().photons * 1e-4 <= left
+
+
+def test_outlines_are_looked_at_sparsely_only_when_time_is_short():
+    now = time.perf_counter()
+    assert look_in_every(BakeSettings(seconds=10.0), 0.1, now) == 1
+    assert look_in_every(BakeSettings(seconds=10.0), 1.5, now) > 1
+    assert look_in_every(BakeSettings(seconds=10.0), 0.1, now - 9.0) > 1
+    assert look_in_every(BakeSettings(error=0.05), 100.0, now) == 1

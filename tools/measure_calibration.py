@@ -42,7 +42,7 @@ value more often than they say. The error of a sum over RGB takes its channels f
 The mean is held in 93 to 97 % of the points from about twenty crossings on. So is the limit by discs of a twentieth of
 the scene's radius, and nearly so by those of a fifth; the automatic radius mostly lies below a tenth. Discs as large as
 the scene leave blur that noise hides, and hold the limit the less often the smaller their noise is. Shadow rays come in
-rounds, four at least; where all points are alike their intervals hold too seldom, as those of so few samples do.
+rounds, four at least; where points are alike, their groups know the variance that so few rounds cannot tell.
 """
 PHOTONS = (
     "scene | radius / scene's | photons | crossings | mean, RGB sum | single channels | limit, RGB sum | "

@@ -58,6 +58,10 @@ MIDDLE = (0.25, 0.75)
 #: the clock decide what comes next, so that a seed gives the same light on every machine.
 SHADOW_RAY, SEGMENT, CROSSING = 1.2e-6, 1.2e-6, 2.5e-7
 
+#: Crossings of a photon as long as none have been counted: many, so that a first step of little time keeps to it.
+CROSSINGS = 50
+_PHOTON = SEGMENT + CROSSINGS * CROSSING
+
 
 @dataclass(frozen=True)
 class Step:
@@ -141,6 +145,10 @@ class Refinement:
         step = max(filter(None, (rays, photons)), key=self._gain, default=None)
         return None if step is None else self._in_time(step)
 
+    def likely(self, photons: int) -> int:
+        """So many ``photons`` were planned; as many of them as the time that is left is likely to allow."""
+        return photons if np.isinf(self._left) else int(np.clip(self._left / _PHOTON, 0, photons))
+
     @property
     def fraction(self) -> float:
         """The share done, 0..1, of what the settings ask for."""
@@ -219,7 +227,7 @@ class Refinement:
 
     def _first_photons(self) -> int:
         """Fewer when time is short, but never none: without reflected light a scene looks wrong."""
-        affordable = FIRST_SHARE * self._left / (SLOWEST * (SEGMENT + CROSSING))
+        affordable = FIRST_SHARE * self._left / (SLOWEST * _PHOTON)
         return int(np.clip(affordable, LEAST_PHOTONS, FIRST_PHOTONS))
 
     def _in_time(self, step: Step) -> Step | None:

@@ -175,7 +175,7 @@ def bake(
 
     result = found()
     refinement = Refinement(settings, rays, photons if kinds else None, stopwatch, start)
-    refinement.observe(result.direct, result.indirect, result.light)
+    refinement.observe(by_rays, photons.noise, result.light)
     while (step := refinement.next()) is not None:
         if step.rounds:
             last = rays.done + step.rounds
@@ -196,7 +196,7 @@ def bake(
             for phase in photons.batch(step.photons, stopwatch):
                 yield Progress(phase, refinement.fraction)
         result = found()
-        refinement.observe(result.direct, result.indirect, result.light)
+        refinement.observe(by_rays, photons.noise, result.light)
         yield Progress("Refining", refinement.fraction, result)
     return result
 

@@ -33,8 +33,8 @@ PLACING, MOST_PLACING, SPARSELY = 5.0, 0.25, 4
 LEAST_PHOTONS = 1 << 12
 MOST_ROUNDS_PER_STEP = 32
 
-#: A later step is no smaller than one over this of the rounds before, since each step has to be summed up.
-LEAST_ROUNDS = 4
+#: A later step is no smaller than one over this of the rounds or photons before, since each has to be summed up.
+LEAST_ROUNDS, LEAST_OF_PHOTONS = 4, 16
 
 #: Rounds of shadow rays after which only light that is never found can still be missing.
 MOST_ROUNDS = 512
@@ -51,12 +51,12 @@ SPREAD = 2.5
 #: A point's relative standard error counts as no more than this, so that dark corners do not take all the work.
 LARGEST_ERROR = 0.5
 
-#: The points whose errors lie between these quantiles decide between more rays and more photons.
-MIDDLE = (0.25, 0.75)
+#: What a step is expected to save at least, over what it would if variance fell as one over the rays or photons.
+LEAST_WORTH = 0.05
 
 #: Nominal seconds of a shadow ray, of tracing a segment, and of a crossing. Where an error is aimed at, these and not
 #: the clock decide what comes next, so that a seed gives the same light on every machine.
-SHADOW_RAY, SEGMENT, CROSSING = 1.2e-6, 1.2e-6, 2.5e-7
+SHADOW_RAY, SEGMENT, CROSSING = 4.5e-7, 1.2e-6, 2.5e-7
 
 #: Crossings of a photon as long as none have been counted: many, so that a first step of little time keeps to it.
 CROSSINGS = 50
@@ -112,18 +112,34 @@ class Refinement:
         self._settings, self._direct, self._photons = settings, direct, photons
         self._stopwatch, self._start = stopwatch, start
         self._error, self._parts, self._spread = float("nan"), (0.0, 0.0), 0.0
+        # What a step of rays and of photons saved of late, over what it was to save; and how many there were before.
+        self._worth, self._before = [1.0, 1.0], (0, 0)
 
-    def observe(self, direct: Irradiance, indirect: Irradiance, light: Irradiance) -> None:
-        """Look at what has been found: ``light`` is all of it."""
+    def observe(self, by_rays: Irradiance, by_photons: Irradiance, light: Irradiance) -> None:
+        """Look at what has been found: ``light`` is all, blur included, the others what more of each would mend."""
         self._error = light.relative_error
         lit = np.flatnonzero(np.abs(light.value).sum(axis=1) > 0)
-        # The error is a median, and only what happens at points like the median one changes it.
-        errors = np.minimum(light.relative_errors, np.finfo(float).max)
-        low, high = np.quantile(errors, MIDDLE) if len(lit) else (0.0, 0.0)
-        middle = lit[(errors >= low) & (errors <= high)]
-        by_photons = light if self._direct is None else indirect
-        self._parts = (_mean_variance(direct, light, middle), _mean_variance(by_photons, light, middle))
-        self._spread = np.sqrt(_mean_variance(direct, light, lit))
+        weights = _weights(light.relative_errors, self._error)
+        parts = _mean_variance(by_rays, light, lit, weights), _mean_variance(by_photons, light, lit, weights)
+        self._learn(parts)
+        self._parts = parts
+        self._spread = np.sqrt(_mean_variance(by_rays, light, lit, np.ones(len(lit))))
+
+    def _learn(self, parts: tuple[float, float]) -> None:
+        """See what the last step saved: the more photons there are, the smaller the discs they are used in."""
+        amounts = self._amounts
+        for kind, (before, now) in enumerate(zip(self._before, amounts, strict=True)):
+            promised = self._parts[kind] * (1.0 - before / now) if 0 < before < now else 0.0
+            if np.isfinite(promised) and promised > 0.0:
+                kept = np.clip((self._parts[kind] - parts[kind]) / promised, LEAST_WORTH, 1.0)
+                self._worth[kind] = 0.5 * (self._worth[kind] + float(kept))
+        self._before = amounts
+
+    @property
+    def _amounts(self) -> tuple[int, int]:
+        """Rounds of rays and photons so far."""
+        rounds = 0 if self._direct is None else self._direct.done
+        return rounds, 0 if self._photons is None else self._photons.particles
 
     def next(self) -> Step | None:
         """The next step; None when the bake is done."""
@@ -186,22 +202,22 @@ class Refinement:
         wanted = min(done, PHOTONS_PER_GATHER)
         if self._settings.aimed_noise is not None and np.isfinite(self._error):
             short = done * ((self._error / self._settings.aimed_noise) ** 2 - 1.0)
-            wanted = min(wanted, max(LEAST_PHOTONS, int(np.ceil(short / LEAST_PHOTONS)) * LEAST_PHOTONS))
+            least = max(short, done / LEAST_OF_PHOTONS)
+            wanted = min(wanted, max(1, int(np.ceil(least / LEAST_PHOTONS))) * LEAST_PHOTONS)
         if self._settings.most_photons is not None:
             wanted = min(wanted, self._settings.most_photons - done)
         return Step(photons=wanted) if wanted > 0 else None
 
     def _gain(self, step: Step) -> float:
         """Variance that ``step`` takes away, over its cost."""
-        if step.rounds:
-            saved = self._parts[0] * step.rounds / (self._direct.done + step.rounds)
-        else:
-            saved = self._parts[1] * step.photons / (self._photons.particles + step.photons)
+        kind, more = (0, step.rounds) if step.rounds else (1, step.photons)
+        saved = self._worth[kind] * self._parts[kind] * more / (self._amounts[kind] + more)
         return saved / max(self._cost(step), 1e-12)
 
     def _last_photons_gain(self) -> float:
         """What one photon more would save, over its cost."""
-        return self._parts[1] / self._photons.particles / max(self._cost(Step(photons=1)), 1e-12)
+        saved = self._worth[1] * self._parts[1] / self._photons.particles
+        return saved / max(self._cost(Step(photons=1)), 1e-12)
 
     def _cost(self, step: Step) -> float:
         """Seconds of a step: measured where time is what counts, else nominal."""
@@ -242,7 +258,21 @@ class Refinement:
         return Step(photons=photons) if photons >= LEAST_PHOTONS else None
 
 
-def _mean_variance(part: Irradiance, light: Irradiance, rows: np.ndarray) -> float:
-    """Mean over some points of the squared error of a ``part`` over all ``light``."""
+def _weights(errors: np.ndarray, median: float) -> np.ndarray:
+    """How much the ``median`` error of all points falls with each one's variance, given its standard error (L,).
+
+    With errors e and the median m, mean erf(m / (e sqrt 2)) = 1/2, see irradiance.py; the derivative of m by e^2 is in
+    proportion to exp(-m^2 / 2 e^2) / e^3. Points that are far better or far worse hardly matter.
+    """
+    if not np.isfinite(median):
+        return np.ones(len(errors))
+    known = np.isfinite(errors) & (errors > 0)
+    errors = np.where(known, errors, 1.0)
+    return np.where(known, np.exp(-0.5 * (median / errors) ** 2) / errors**3, 0.0)
+
+
+def _mean_variance(part: Irradiance, light: Irradiance, rows: np.ndarray, weights: np.ndarray) -> float:
+    """Weighted mean over some points of the squared error of a ``part`` over all ``light``."""
+    total = weights.sum()
     relative = part.standard_error[rows].sum(axis=1) / np.abs(light.value[rows]).sum(axis=1)
-    return float(np.mean(np.minimum(relative, LARGEST_ERROR) ** 2)) if len(rows) else 0.0
+    return float(weights @ np.minimum(relative, LARGEST_ERROR) ** 2 / total) if total > 0 else 0.0

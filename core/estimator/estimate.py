@@ -49,7 +49,7 @@ class IrradianceEstimate:
         rings, whole = (*areas.shape, 3), (len(areas), 3)
         return cls(np.zeros(rings), np.zeros(rings), np.zeros(whole), np.zeros(whole), areas, 0)
 
-    @cached_property
+    @property
     def irradiance(self) -> Irradiance:
         """The irradiance by :mod:`.nested_discs`, and its standard error.
 
@@ -59,23 +59,35 @@ class IrradianceEstimate:
         (as Agresti and Coull 1998 do for proportions). From few particles it is widened as Student's t asks, so that
         twice of it holds 95 % at any number. The blur that is known to be left counts in it.
         """
-        count = len(self.total)
-        value, error = np.empty((2, count, 3))
-        chunks = [slice(start, start + POINTS_PER_CHUNK) for start in range(0, count, POINTS_PER_CHUNK)]
-        for rows, found in zip(chunks, ordered_map(self._estimated, chunks), strict=True):
-            value[rows], error[rows] = found
-        return Irradiance(value, error)
+        value, noise, blur = self._found
+        return Irradiance(value, np.hypot(noise, blur))
 
-    def _estimated(self, rows: slice) -> tuple[np.ndarray, np.ndarray]:
+    @property
+    def noise(self) -> Irradiance:
+        """The same without the blur in the standard error: what goes as one over the root of the particles."""
+        value, noise, _ = self._found
+        return Irradiance(value, noise)
+
+    @cached_property
+    def _found(self) -> np.ndarray:
+        """Irradiance, noise and blur, (3, N, 3) W/m^2."""
+        count = len(self.total)
+        found = np.empty((3, count, 3))
+        chunks = [slice(start, start + POINTS_PER_CHUNK) for start in range(0, count, POINTS_PER_CHUNK)]
+        for rows, some in zip(chunks, ordered_map(self._estimated, chunks), strict=True):
+            found[:, rows] = some
+        return found
+
+    def _estimated(self, rows: slice) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         samples, areas = max(self.samples, 1), self.areas[rows]
         flux, squares, once_more = (part[rows] / samples for part in (self.total, self.squares, self.single))
         value, moment, blur = nested_estimate(flux, squares, once_more, areas, samples)
         if samples < 2:
-            return value, np.full(value.shape, np.inf)
+            return value, np.full(value.shape, np.inf), np.zeros(value.shape)
         # Particles that come again do so anywhere on the disc: their products hardly differ from ring to ring.
         moment += self.repeated[rows] / (samples * areas[:, :1] ** 2)
         variance = np.maximum(moment - value**2, 0.0) / (samples - 1)
-        return value, np.sqrt(_student(samples - 1) ** 2 * variance + blur)
+        return value, _student(samples - 1) * np.sqrt(variance), np.sqrt(blur)
 
     def merged(self, other: IrradianceEstimate) -> IrradianceEstimate:
         """This estimate together with an independent one of the same points.

@@ -42,6 +42,11 @@ class PhotonLight:
             return self._estimates[kind].irradiance
         return Irradiance.dark(len(self._placed.discs))
 
+    @property
+    def noise(self) -> Irradiance:
+        """All of it, with a standard error that holds only what more photons would take away."""
+        return sum((estimate.noise for estimate in self._estimates.values()), Irradiance.dark(len(self._placed.discs)))
+
     def prepare(self, gatherer: Gatherer, guide: EmissionGuide) -> None:
         """Let ``gatherer`` search the discs, and ``guide`` aim the lights: once, before the first batch."""
         self._gatherer, self._tracer = gatherer, self._tracer.guided(guide)

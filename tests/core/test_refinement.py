@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from detp.core import refinement
 from detp.core.irradiance import Irradiance
 from detp.core.refinement import (
     DARK_AFTER,
@@ -13,6 +14,7 @@ from detp.core.refinement import (
     MOST_ROUNDS,
     Refinement,
     Step,
+    _weights,
     first_rounds,
     look_in_every,
 )
@@ -165,3 +167,35 @@ def test_photons_are_planned_for_the_time_that_is_left():
     assert Bake(BakeSettings(error=0.05)).refinement.likely(1_000_000) == 1_000_000
     assert 1_000 < Bake(BakeSettings(seconds=2.0)).refinement.likely(10_000_000) < 1_000_000
     assert Bake(BakeSettings(seconds=1e-6)).refinement.likely(1_000_000) == 0
+
+
+def test_photons_whose_noise_no_longer_falls_give_way_to_rays(monkeypatch):
+    def rounds_before_the_last_photons():
+        bake = Bake(BakeSettings(error=0.001, photons=64 * FIRST_PHOTONS))
+        plain, ray_noise = bake.light, bake.noises[0]
+        bake.light = lambda noise, amount: plain(
+            noise, amount if noise == ray_noise else min(amount, 2 * FIRST_PHOTONS)
+        )
+        bake.run()
+        last = max(number for number, step in enumerate(bake.steps) if step.photons)
+        return sum(step.rounds for step in bake.steps[:last])
+
+    learnt = rounds_before_the_last_photons()
+    monkeypatch.setattr(refinement, "LEAST_WORTH", 1.0)
+    assert learnt > 2 * rounds_before_the_last_photons()
+
+
+def test_points_count_as_much_as_the_median_error_depends_on_them():
+    generator = np.random.default_rng(5)
+    errors = generator.lognormal(-3.0, 1.0, 4000)
+
+    def median(errors):
+        light = np.ones((len(errors), 3))
+        return Irradiance(light, errors[:, None] * light).relative_error
+
+    weights = _weights(errors, median(errors))
+    for some in (errors < 0.03, (errors > 0.03) & (errors < 0.1), errors > 0.1):
+        rise = np.where(some, 1e-4, 0.0)
+        slope = (median(np.sqrt(errors**2 + rise)) - median(np.sqrt(np.maximum(errors**2 - rise, 0)))) / 2
+        everywhere = (median(np.sqrt(errors**2 + 1e-4)) - median(np.sqrt(np.maximum(errors**2 - 1e-4, 0)))) / 2
+        assert slope / everywhere == pytest.approx(weights[some].sum() / weights.sum(), abs=0.05)

@@ -264,11 +264,10 @@ def _weights(errors: np.ndarray, median: float) -> np.ndarray:
     With errors e and the median m, mean erf(m / (e sqrt 2)) = 1/2, see irradiance.py; the derivative of m by e^2 is in
     proportion to exp(-m^2 / 2 e^2) / e^3. Points that are far better or far worse hardly matter.
     """
-    if not np.isfinite(median):
+    if not (np.isfinite(median) and median > 0):
         return np.ones(len(errors))
-    known = np.isfinite(errors) & (errors > 0)
-    errors = np.where(known, errors, 1.0)
-    return np.where(known, np.exp(-0.5 * (median / errors) ** 2) / errors**3, 0.0)
+    ratio = np.clip(errors / median, 0.01, 100.0)
+    return np.exp(-0.5 / ratio**2) / ratio**3
 
 
 def _mean_variance(part: Irradiance, light: Irradiance, rows: np.ndarray, weights: np.ndarray) -> float:

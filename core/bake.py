@@ -185,11 +185,11 @@ def bake(
             by_rays = rays.irradiance
         else:
             if photons.particles == 0:
-                likely = refinement.likely(disc.photons)
                 with stopwatch("gather"):
                     pilot = tracer.trace(PILOT_PHOTONS, np.random.default_rng(settings.seed)).segments
-                    expected = max(1, likely * len(pilot) // PILOT_PHOTONS)
+                    expected = max(1, disc.photons * len(pilot) // PILOT_PHOTONS)
                     gatherer, reason = make_gatherer(settings.gatherer, placed.discs, expected, pilot)
+                likely = refinement.likely(disc.photons)
                 aiming = learn_guide(tracer, gatherer, placed, kinds, result.irradiance, settings.seed, likely)
                 guide = yield from _during("Aiming the lights", refinement.fraction, stopwatch.timed("trace", aiming))
                 photons.prepare(gatherer, guide)

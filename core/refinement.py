@@ -36,6 +36,9 @@ MOST_ROUNDS_PER_STEP = 32
 #: A later step is no smaller than one over this of the rounds or photons before, since each has to be summed up.
 LEAST_ROUNDS, LEAST_OF_PHOTONS = 4, 16
 
+#: A later step of photons may take this share of the time that is left, even if that more than doubles them.
+LEAST_OF_TIME = 0.2
+
 #: Rounds of shadow rays after which only light that is never found can still be missing.
 MOST_ROUNDS = 512
 
@@ -198,8 +201,11 @@ class Refinement:
     def _more_photons(self) -> Step | None:
         if self._photons is None:
             return None
-        done = self._photons.particles
-        wanted = min(done, PHOTONS_PER_GATHER)
+        done, wanted = self._photons.particles, self._photons.particles
+        if np.isfinite(self._left):
+            # Summing up takes time as well, so that short bakes should not take many steps.
+            wanted = max(wanted, int(LEAST_OF_TIME * self._left / max(self._measured(Step(photons=1)), 1e-12)))
+        wanted = min(wanted, PHOTONS_PER_GATHER)
         if self._settings.aimed_noise is not None and np.isfinite(self._error):
             short = done * ((self._error / self._settings.aimed_noise) ** 2 - 1.0)
             least = max(short, done / LEAST_OF_PHOTONS)

@@ -100,9 +100,10 @@ def _set_up(scene, layer_name: str, size: tuple[int, int], material, world, path
     settings.image_settings.file_format = "PNG"
     settings.image_settings.color_mode, settings.image_settings.color_depth = "RGB", "8"
     settings.image_settings.color_management = "FOLLOW_SCENE"
+    # A picture that is passed on should not tell in which folder it was made.
     for name in (
-        "border", "compositing", "sequencer", "freestyle", "multiview", "stamp", "motion_blur", "persistent_data",
-        "placeholder",
+        "border", "compositing", "sequencer", "freestyle", "multiview", "stamp", "stamp_filename", "motion_blur",
+        "persistent_data", "placeholder",
     ):  # fmt: skip
         setattr(settings, f"use_{name}", False)
     scene.display_settings.display_device = "sRGB"

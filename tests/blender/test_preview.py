@@ -115,3 +115,10 @@ def test_a_black_bake_has_no_exposure(tmp_path):
     assert exposure_gain(bpy.context.scene, "light") == 1
     exposure, _ = drawn(tmp_path / "p.png")
     assert exposure == 0 and math.isfinite(exposure)
+
+
+def test_the_picture_does_not_tell_where_it_was_made(tmp_path):
+    cube("baked", (1, 1, 1))
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "secret_place.blend"))
+    drawn(tmp_path / "picture.png")
+    assert b"secret_place" not in (tmp_path / "picture.png").read_bytes()

@@ -19,6 +19,11 @@ def worker_count() -> int:
     return os.cpu_count() or 1
 
 
+def slices(count: int, size: int) -> list[slice]:
+    """Consecutive slices of ``size`` rows each, the last of what is left, that make up ``count``."""
+    return [slice(start, min(start + size, count)) for start in range(0, count, size)]
+
+
 def ordered_map(function: Callable[[Task], Result], tasks: Iterable[Task]) -> Iterator[Result]:
     """Yield ``function(task)`` in the tasks' order, a few at a time in parallel.
 

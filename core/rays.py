@@ -12,7 +12,7 @@ from embreex.rtcore_scene import EmbreeScene
 
 from .bounds import Bounds
 from .compiled import kernels
-from .parallel import ordered_map
+from .parallel import ordered_map, slices
 from .triangles import normals_and_areas
 
 #: Rays in one call to Embree: long enough to hide the call, short enough to share among threads.
@@ -91,18 +91,18 @@ class RayCaster:
         count = len(origins)
         triangle = np.full(count, -1, np.int64)
         points = np.zeros((count, 3))
-        slices = [slice(start, start + RAYS_PER_SLICE) for start in range(0, count, RAYS_PER_SLICE)]
+        parts = slices(count, RAYS_PER_SLICE)
         reach = self._reach(np.full(count, np.inf) if distances is None else distances)
-        found = ordered_map(lambda rows: self._cast(origins[rows], directions[rows], reach[rows]), slices)
-        for rows, (hit_triangle, hit_points) in zip(slices, found, strict=True):
+        found = ordered_map(lambda rows: self._cast(origins[rows], directions[rows], reach[rows]), parts)
+        for rows, (hit_triangle, hit_points) in zip(parts, found, strict=True):
             triangle[rows] = hit_triangle
             points[rows] = hit_points
         return Hits(triangle, points)
 
     def occluded(self, origins: np.ndarray, directions: np.ndarray, distances: np.ndarray) -> np.ndarray:
         """Whether (R,) anything lies within ``distances`` (R,) metres, inf allowed, along each ray as above."""
-        slices = [slice(start, start + RAYS_PER_SLICE) for start in range(0, len(origins), RAYS_PER_SLICE)]
-        found = ordered_map(lambda rows: self._blocked(origins[rows], directions[rows], distances[rows]), slices)
+        parts = slices(len(origins), RAYS_PER_SLICE)
+        found = ordered_map(lambda rows: self._blocked(origins[rows], directions[rows], distances[rows]), parts)
         return np.concatenate([np.empty(0, bool), *found])
 
     def seen_by_embree(self, origins: np.ndarray) -> np.ndarray:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .direct.direct_light import DirectLight
+from .estimator.visible_area import SPARSE
 from .irradiance import Irradiance
 from .photons.photon_light import PHOTONS_PER_GATHER, PhotonLight
 from .settings import BakeSettings
@@ -26,8 +27,8 @@ FIRST_PHOTONS = 1 << 15
 FIRST_SHARE, SLOWEST = 0.25, 2.0
 
 #: Placing discs takes about so many times as long as finding where their points stand. When that is more than this
-#: share of the time that is left, only every so many of their directions are looked in.
-PLACING, MOST_PLACING, SPARSELY = 5.0, 0.25, 4
+#: share of the time that is left, their outlines are looked at sparsely.
+PLACING, MOST_PLACING = 5.0, 0.25
 
 #: The smallest and largest later steps.
 LEAST_PHOTONS = 1 << 12
@@ -82,7 +83,7 @@ def first_rounds(direct: DirectLight, settings: BakeSettings, start: float) -> i
         return 1
     if settings.seconds is None or not settings.indirect:
         return FIRST_ROUNDS
-    left = settings.seconds - (time.perf_counter() - start)
+    left = _seconds_left(settings, start)
     return int(np.clip(FIRST_SHARE * left / (SLOWEST * SHADOW_RAY * direct.rays_per_round), 2, FIRST_ROUNDS))
 
 
@@ -91,10 +92,7 @@ def look_in_every(settings: BakeSettings, standing: float, start: float) -> int:
 
     To find where the points stand took ``standing`` seconds; the bake began at ``start`` (of time.perf_counter).
     """
-    if settings.seconds is None:
-        return 1
-    left = settings.seconds - (time.perf_counter() - start)
-    return 1 if PLACING * standing <= MOST_PLACING * left else SPARSELY
+    return 1 if PLACING * standing <= MOST_PLACING * _seconds_left(settings, start) else SPARSE
 
 
 class Refinement:
@@ -158,7 +156,7 @@ class Refinement:
             return self._in_time(rays) if shaded else None
         if rays is not None and photons is None and self._photons is not None:
             # The photons are used up, and their noise will remain.
-            return self._in_time(rays) if self._gain(rays) > self._last_photons_gain() else None
+            return self._in_time(rays) if self._gain(rays) > self._gain(Step(photons=1)) else None
         if rays is None and photons is not None and self._parts[0] > STUCK * self._parts[1]:
             return None  # the rays are used up, and more photons would not help
         step = max(filter(None, (rays, photons)), key=self._gain, default=None)
@@ -220,11 +218,6 @@ class Refinement:
         saved = self._worth[kind] * self._parts[kind] * more / (self._amounts[kind] + more)
         return saved / max(self._cost(step), 1e-12)
 
-    def _last_photons_gain(self) -> float:
-        """What one photon more would save, over its cost."""
-        saved = self._worth[1] * self._parts[1] / self._photons.particles
-        return saved / max(self._cost(Step(photons=1)), 1e-12)
-
     def _cost(self, step: Step) -> float:
         """Seconds of a step: measured where time is what counts, else nominal."""
         if self._settings.seconds is not None:
@@ -243,9 +236,7 @@ class Refinement:
     @property
     def _left(self) -> float:
         """Seconds that are left."""
-        if self._settings.seconds is None:
-            return float("inf")
-        return self._settings.seconds - (time.perf_counter() - self._start)
+        return _seconds_left(self._settings, self._start)
 
     def _first_photons(self) -> int:
         """Fewer when time is short, but never none: without reflected light a scene looks wrong."""
@@ -262,6 +253,11 @@ class Refinement:
             return Step(rounds=rounds) if rounds > 0 else None
         photons = int(step.photons * share)
         return Step(photons=photons) if photons >= LEAST_PHOTONS else None
+
+
+def _seconds_left(settings: BakeSettings, start: float) -> float:
+    """Of a bake that began at ``start`` (of time.perf_counter); inf when its time is not limited."""
+    return np.inf if settings.seconds is None else settings.seconds - (time.perf_counter() - start)
 
 
 def _weights(errors: np.ndarray, median: float) -> np.ndarray:

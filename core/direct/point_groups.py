@@ -39,8 +39,8 @@ class PointGroups:
         return cls(tree.order, np.repeat(np.arange(len(leaves)), np.diff(start)), start)
 
     def means(self, values: np.ndarray) -> np.ndarray:
-        """Mean (N,) over each point's group, of ``values`` (N,) in the groups' order."""
-        return (np.add.reduceat(values, self.start[:-1]) / np.diff(self.start))[self.group]
+        """Mean (..., N) over each point's group, of ``values`` (..., N) in the groups' order."""
+        return (np.add.reduceat(values, self.start[:-1], axis=-1) / np.diff(self.start)).take(self.group, axis=-1)
 
     def of_others(self, values: np.ndarray) -> np.ndarray:
         """Mean (N,) over the others of each point's group, of ``values`` (N,) in the groups' order; nan if alone."""

@@ -70,7 +70,7 @@ class RoundSums:
         """
         squared, square = self.variance, value**2
         relative = np.minimum(squared / np.where(value > 0, square, np.inf), 1.0)
-        usual = np.stack([groups.means(channel) for channel in relative])
+        usual = groups.means(relative)
         others = self._weight_of_group(relative, usual, groups)
         usual *= square
         own = np.maximum(self.count - 1, 0)
@@ -87,7 +87,7 @@ class RoundSums:
         beyond that, c, is the points' own; the mean is then worth 2 / c of such samples.
         """
         chance = 2.0 / np.maximum(groups.means(self.count) - 1.0, 1.0)
-        scatter = np.stack([groups.means(channel) for channel in relative**2])
+        scatter = groups.means(relative**2)
         scatter = np.divide(scatter, usual**2, out=np.full_like(usual, np.inf), where=usual > 0)
         own = (scatter - 1.0 - chance) / (1.0 + chance)
         return np.clip(2.0 / np.maximum(own, 2.0 / MOST_OF_GROUP), 1.0, MOST_OF_GROUP)

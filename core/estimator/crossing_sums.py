@@ -9,7 +9,7 @@ import numpy as np
 from ..compiled import kernels
 from ..discs import TangentDiscs
 from ..gatherers.gatherer import Crossings
-from ..parallel import ordered_map, worker_count
+from ..parallel import ordered_map, slices, worker_count
 from ..segments import Segments
 from .rings import OUTSIDE
 from .visible_area import VisibleArea
@@ -42,9 +42,9 @@ class CrossingSums:
         """Count these crossings in, each pair of which must come once; returns which (C,) were counted."""
         if self._kernels is not None:
             return self._added_compiled(crossings)
-        slices = (slice(start, start + SHARED) for start in range(0, len(crossings), SHARED))
         look = partial(self._visible.rings, self._discs, self._segments)
-        ring = np.concatenate(list(ordered_map(look, map(crossings.taken, slices))))
+        found = ordered_map(look, map(crossings.taken, slices(len(crossings), SHARED)))
+        ring = np.concatenate([np.empty(0, np.uint8), *found])
         kept = ring != OUTSIDE
         inside, (discs, rings) = crossings.taken(kept), self._shape
         place = inside.disc * rings + ring[kept]

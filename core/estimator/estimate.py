@@ -11,7 +11,7 @@ from ..discs import TangentDiscs
 from ..errors import InvalidArrayError
 from ..gatherers.gatherer import Crossings
 from ..irradiance import Irradiance
-from ..parallel import ordered_map
+from ..parallel import ordered_map, slices
 from ..segments import Segments
 from .crossing_sums import CrossingSums
 from .nested_discs import nested_estimate
@@ -49,7 +49,7 @@ class IrradianceEstimate:
         rings, whole = (*areas.shape, 3), (len(areas), 3)
         return cls(np.zeros(rings), np.zeros(rings), np.zeros(whole), np.zeros(whole), areas, 0)
 
-    @property
+    @cached_property
     def irradiance(self) -> Irradiance:
         """The irradiance by :mod:`.nested_discs`, and its standard error.
 
@@ -73,7 +73,7 @@ class IrradianceEstimate:
         """Irradiance, noise and blur, (3, N, 3) W/m^2."""
         count = len(self.total)
         found = np.empty((3, count, 3))
-        chunks = [slice(start, start + POINTS_PER_CHUNK) for start in range(0, count, POINTS_PER_CHUNK)]
+        chunks = slices(count, POINTS_PER_CHUNK)
         for rows, some in zip(chunks, ordered_map(self._estimated, chunks), strict=True):
             found[:, rows] = some
         return found

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..parallel import ordered_map
+from ..parallel import ordered_map, slices
 from ..rays import RayCaster
 from .enclosure import Enclosure
 
@@ -59,8 +59,7 @@ def standpoints(
         origins = aside + off[:, None] * normals[rows]
         return Standpoints(origins, enclosure.enclosed(origins, normals[rows]))
 
-    chunks = range(0, len(points), POINTS_PER_CHUNK)
-    yield from ordered_map(found, [slice(start, start + POINTS_PER_CHUNK) for start in chunks])
+    yield from ordered_map(found, slices(len(points), POINTS_PER_CHUNK))
 
 
 def plain_standpoints(caster: RayCaster, points: np.ndarray, normals: np.ndarray) -> Iterator[Standpoints]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..discs import TangentDiscs
 from ..gatherers.gatherer import Crossings
-from ..parallel import ordered_map
+from ..parallel import ordered_map, slices
 from ..rays import RayCaster
 from ..sampling import frames
 from ..segments import Segments
@@ -138,8 +138,7 @@ def visible_discs(
         lifted = TangentDiscs(based[rows] + lifts[:, None] * normals, normals, radii)
         return VisibleDiscs(lifted, VisibleArea(reach, np.where(hidden[:, None], whole, nested), partial, hidden))
 
-    chunks = range(0, len(discs), POINTS_PER_CHUNK)
-    yield from ordered_map(placed, [slice(start, start + POINTS_PER_CHUNK) for start in chunks])
+    yield from ordered_map(placed, slices(len(discs), POINTS_PER_CHUNK))
 
 
 def whole_discs(discs: TangentDiscs) -> Iterator[VisibleDiscs]:

@@ -7,7 +7,7 @@ from itertools import chain
 
 import numpy as np
 
-from ..parallel import interleaved
+from ..parallel import interleaved, slices
 from .gatherer import Crossings
 
 LANES = 16  # most streams, and so threads, that search at the same time
@@ -22,8 +22,8 @@ def in_lanes(count: int, chunk: int, search: Callable[[slice], Iterator[Crossing
     if count == 0:
         return
     chunk = min(chunk, max(-(-count // LANES), chunk // 2))
-    slices = [slice(begin, min(begin + chunk, count)) for begin in range(0, count, chunk)]
-    lanes = [chain.from_iterable(map(search, slices[lane::LANES])) for lane in range(min(LANES, len(slices)))]
+    parts = slices(count, chunk)
+    lanes = [chain.from_iterable(map(search, parts[lane::LANES])) for lane in range(min(LANES, len(parts)))]
     yield from interleaved(lanes)
 
 

@@ -85,7 +85,8 @@ def test_outlines_that_are_looked_at_sparsely_read_one_as_well(monkeypatch):
     quads = box_quads((2, 2, 2))
     points, normals, inward = corner_points(quads)
     discs = TangentDiscs.of_radius(points, normals, RADIUS)
-    dense, sparse = (next(visible_discs(RayCaster(quads_of(quads)), discs, inward, every)).area for every in (1, 4))
+    caster = RayCaster(furnace(quads).corners)
+    dense, sparse = (next(visible_discs(caster, discs, inward, every)).area for every in (1, 4))
     assert sparse.reach.shape == dense.reach.shape and (sparse.partial == dense.partial).all()
     # Corners see a quarter of their discs: an octagon's quarter instead of that of 32 sides, at the most.
     assert (sparse.areas < dense.areas).all() and (sparse.areas > 0.8 * dense.areas).all()
@@ -93,11 +94,6 @@ def test_outlines_that_are_looked_at_sparsely_read_one_as_well(monkeypatch):
     visible = baked(furnace(quads), points, normals, inward)
     assert np.abs(z_scores(visible, 1.0)).max() < 4
     assert visible.irradiance[:, 0].mean() == pytest.approx(1, abs=0.03)
-
-
-def quads_of(quads):
-    """The two triangles of each quad."""
-    return quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3, 3)
 
 
 def sphere_quads(steps):

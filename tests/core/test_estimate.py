@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from detp.core.discs import TangentDiscs
 from detp.core.errors import InvalidArrayError
+from detp.core.estimator.crossing_sums import CrossingSums
 from detp.core.estimator.estimate import Accumulator, IrradianceEstimate
 from detp.core.estimator.visible_area import whole_discs
 from detp.core.gatherers.gatherer import Crossings
@@ -76,6 +77,15 @@ def test_where_nothing_crossed_the_error_is_that_of_one_crossing():
     estimate, _ = simulated(1000, 4, share=0.0)
     assert (estimate.irradiance.value == 0).all()
     assert estimate.irradiance.standard_error[0] == pytest.approx(np.sqrt(0.5) / 1000, rel=0.1)
+
+
+def test_no_crossings_add_nothing():
+    segments = Segments(np.zeros((1, 3)), np.ones((1, 3)), np.ones((1, 3)), np.zeros(1, np.uint16))
+    discs = TangentDiscs.of_radius(np.zeros((1, 3)), [(0, 0, 1)], 1.0)
+    (placed,) = whole_discs(discs)
+    sums = CrossingSums(discs, segments, placed.area)
+    assert len(sums.add(Crossings(np.empty(0, np.int64), np.empty(0, np.int64)))) == 0
+    assert not sums.total.any() and not sums.squares.any()
 
 
 def test_dark_points_and_single_particles():

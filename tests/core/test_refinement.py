@@ -31,11 +31,8 @@ class Bake:
         self.direct = SimpleNamespace(done=0, exact=False, rays_per_round=8 * POINTS) if rays else None
         self.photons = SimpleNamespace(particles=0, segments=0, crossings=0) if photons else None
         self.noises, self.lit = (ray_noise, photon_noise), lit
-        self.stopwatch, self.settings, self.start = (
-            Stopwatch("shadow", "trace", "gather"),
-            settings,
-            time.perf_counter(),
-        )
+        self.stopwatch = Stopwatch("shadow", "trace", "gather")
+        self.settings, self.start = settings, time.perf_counter()
         self.refinement = Refinement(settings, self.direct, self.photons, self.stopwatch, self.start)
         self.steps = []
 

@@ -10,7 +10,6 @@ import math
 from numba import njit
 
 TINY, BELOW_ONE = 2.2250738585072014e-308, 1.0 - 2.0**-53  # the smallest number, and the largest below one
-CLOSEST = 1e-100  # as in core/lights/aim.py
 
 #: Taylor's coefficients of the sine from the third power on, and of the cosine from the second.
 _S = tuple((-1.0) ** k / math.factorial(2 * k + 1) for k in range(1, 9))

@@ -10,7 +10,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..compiled import kernels
 from ..gatherers.ranges import blocks
 from ..irradiance import Irradiance
 from ..parallel import ordered_map
@@ -35,9 +34,6 @@ MOST_SHARP_LAMPS = 32
 
 #: Points whose rays are cast at a time.
 POINTS_PER_CHUNK = 1 << 12
-
-#: Seconds that the compiled kernels save for each ray.
-SAVED = 5e-7
 
 #: After so many rounds it is learnt where light comes from, then whenever they have doubled, and last after so many.
 LEARN_AFTER, LEARN_LAST = 4, 64
@@ -112,8 +108,6 @@ class DirectLight:
 
         Points with ``other`` (N, 3) W/m^2 light, which is found in another way, need less of these rays.
         """
-        # What follows asks for kernels only where they are loaded already, and here it is seen whether that pays.
-        kernels(saving=SAVED * (last - first) * self.rays_per_round)
         groups = list(blocks(np.diff(self._groups.start), POINTS_PER_CHUNK))
         other = None if other is None else other[self._groups.order]
         begin = first

@@ -14,8 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..compiled import kernels
-
 #: Cells along each side of the square.
 SIDE = 16
 
@@ -126,12 +124,7 @@ class DirectionSums:
         """What rays from the points of some ``groups`` saw, whose light is to be multiplied by ``scale`` (K,)."""
         shape = self._found[:, groups].shape
         sums = np.zeros((3, 2, shape[1] * shape[2]))
-        compiled = kernels(saving=0.0)
         for seen in sightings:
-            if compiled is not None:
-                rays = seen.spot, seen.place, seen.light, seen.weight, seen.whole
-                compiled.count_sightings(*rays, scale, *sums)
-                continue
             place, square = seen.spot % 2 * sums.shape[2] + seen.place, (seen.light * scale[seen.spot]) ** 2
             lit = np.flatnonzero(square)
             sums[1] += np.bincount(place, seen.weight, sums[1].size).reshape(sums[1].shape)

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..compiled import kernels
 from ..lights.light import SHADOW_DIMENSIONS, Light
 
 #: Shares of the choice by the light that the middle of a lamp would bring unshadowed, by the same without the cosine
@@ -15,13 +14,10 @@ BY_LIGHT, BY_STRENGTH, BY_NOTHING = 0.9, 0.09, 0.01
 
 
 class LampChoice:
-    """Chooses among ``lamps`` (L) for each of ``points`` (K, 3) with unit ``normals`` (K, 3), by brightness.
+    """Chooses among ``lamps`` (L) for each of ``points`` (K, 3) with unit ``normals`` (K, 3), by brightness."""
 
-    ``table`` has the lamps as numbers, see lamp_table.py, or is None.
-    """
-
-    def __init__(self, lamps: Sequence[Light], table: np.ndarray | None, points: np.ndarray, normals: np.ndarray):
-        light, strength = _brightness(lamps, table, points, normals)
+    def __init__(self, lamps: Sequence[Light], points: np.ndarray, normals: np.ndarray):
+        light, strength = _brightness(lamps, points, normals)
         even = np.ones_like(light)
         self._shares = sum(
             share * _normalised(weight)
@@ -39,10 +35,6 @@ class LampChoice:
         lamps = self._shares.shape[1]
         if lamps == 1:
             return np.zeros(len(spot) * count, np.int64), np.ones(len(spot) * count)
-        if (compiled := kernels(saving=0.0)) is not None:
-            chosen, probability = np.empty(len(spot) * count, np.int64), np.empty(len(spot) * count)
-            compiled.choose_lamps(self._shares, self._ends, spot, offsets, count, chosen, probability)
-            return chosen, probability
         steps = (np.arange(count) + offsets[:, None]) / count + spot[:, None]
         ends = self._ends + np.arange(len(self._ends))[:, None]
         place = np.searchsorted(ends.ravel(), steps.ravel(), side="right")
@@ -51,13 +43,9 @@ class LampChoice:
         return place - begin, self._shares.ravel().take(place)
 
 
-def _brightness(lamps, table, points, normals) -> tuple[np.ndarray, np.ndarray]:
+def _brightness(lamps, points, normals) -> tuple[np.ndarray, np.ndarray]:
     """What the middle of each lamp brings unshadowed (K, L), RGB sum, and the same without the cosine."""
     light, strength = np.empty((2, len(points), len(lamps)))
-    compiled = kernels(saving=0.0) if table is not None else None
-    if compiled is not None:
-        compiled.lamp_strengths(points, normals, table, light, strength)
-        return light, strength
     middle = np.full((len(points), SHADOW_DIMENSIONS), 0.5)
     for number, lamp in enumerate(lamps):
         rays = lamp.shadow_rays(points, middle)

@@ -6,10 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..compiled import kernels
 from ..lights.light import SHADOW_DIMENSIONS, Light
 from .lamp_choice import LampChoice
-from .lamp_table import lamp_table
 from .low_discrepancy import scrambled_net
 from .round_sums import RoundSums, batches, net_means
 from .shadows import Shadows
@@ -23,7 +21,6 @@ class LampLight:
 
     def __init__(self, lamps: Sequence[Light], shadows: Shadows, rays: int):
         self._lamps, self._shadows, self._rays = lamps, shadows, rays
-        self._table = lamp_table(lamps)
         self._choices: dict[int, LampChoice] = {}
         self.rays_per_round = rays if lamps else 0
 
@@ -51,7 +48,7 @@ class LampLight:
         """
         choice = self._choices.get(chunk)
         if choice is None:
-            choice = LampChoice(self._lamps, self._table, points, normals)
+            choice = LampChoice(self._lamps, points, normals)
             if (len(self._choices) + 1) * len(points) * len(self._lamps) <= MOST_CHANCES:
                 self._choices[chunk] = choice
         for rows, spot in batches(rounds):
@@ -62,32 +59,6 @@ class LampLight:
 
     def _samples(self, points, normals, spot, chosen, probability, uniforms) -> np.ndarray:
         """Irradiance (S, 3) at each ``spot`` (S,) of the points by rays to the ``chosen`` lamps (S * some,)."""
-        compiled = kernels(saving=0.0) if self._table is not None else None
-        if compiled is None:
-            return self._by_numpy(points, normals, spot, chosen, probability, uniforms)
-        return self._by_kernels(compiled, points, normals, spot, chosen, probability, uniforms)
-
-    def _by_kernels(self, compiled, points, normals, spot, chosen, probability, uniforms) -> np.ndarray:
-        most, count = len(chosen), len(chosen) // len(spot)
-        near, towards, reach = (
-            np.empty((most, 3), np.float32),
-            np.empty((most, 3), np.float32),
-            np.empty(most, np.float32),
-        )
-        arriving, sample = np.empty((most, 3)), np.empty(most, np.int64)
-        centre, scale, short = self._shadows.frame
-        found = compiled.aim_at_lamps(
-            points, normals, spot, count, chosen, probability, uniforms, self._table, centre, scale, short,
-            near, towards, reach, arriving, sample,
-        )  # fmt: skip
-        light = np.zeros((len(spot), 3))
-        if found:
-            arriving = arriving[:found]
-            blocked = self._shadows.block(compiled, near[:found], towards[:found], reach[:found], arriving)
-            compiled.arrived(blocked, arriving, sample[:found], 1.0 / count, light)
-        return light
-
-    def _by_numpy(self, points, normals, spot, chosen, probability, uniforms) -> np.ndarray:
         count = len(chosen) // len(spot)
         order = np.argsort(chosen, kind="stable")
         ends = np.searchsorted(chosen[order], np.arange(len(self._lamps) + 1))

@@ -1,4 +1,4 @@
-"""Looking for light all around, by NumPy."""
+"""Looking for light all around: rays that lights choose, and rays by chance."""
 
 from __future__ import annotations
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from types import ModuleType
-
 import numpy as np
 
 from ..rays import RayCaster
@@ -47,30 +45,3 @@ class Shadows:
             arrived = hits.triangle < 0
             share[left[rows[arrived]]] = through[arrived]
         return share
-
-    @property
-    def edged(self) -> np.ndarray:
-        """A corner of each triangle and the two edges from it, (T, 9) m."""
-        return self._caster.edged
-
-    @property
-    def frame(self) -> tuple[np.ndarray, float, float]:
-        """The centre (3,) m and the scale of the scene as Embree sees it, and how short of the light rays end, m."""
-        return self._caster.centre, self._caster.scale, STOP_SHORT * self._caster.tolerance
-
-    def block(
-        self, compiled: ModuleType, near: np.ndarray, towards: np.ndarray, reach: np.ndarray, arriving: np.ndarray
-    ) -> np.ndarray:
-        """Whether (R,) nothing comes through along rays as Embree has them; else ``arriving`` (R, 3) is dimmed.
-
-        ``near`` (R, 3), ``towards`` (R, 3) and ``reach`` (R,) are float32, in the frame, R > 0.
-        """
-        blocked = np.zeros(len(near), bool) if self._opaque is None else self._opaque.blocked(near, towards, reach)
-        if self._clear is None or blocked.all():
-            return blocked
-        left = np.flatnonzero(~blocked)
-        blocked[left] = True
-        rays = near.take(left, axis=0), towards.take(left, axis=0), reach.take(left)
-        for rows, met, share in self._clear.walk(compiled, *rays):
-            compiled.let_through(left.take(rows), met.triangle, share, blocked, arriving)
-        return blocked

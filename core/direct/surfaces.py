@@ -3,23 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from types import ModuleType
-from typing import NamedTuple
 
 import numpy as np
 
-from ..rays import FAR, Hits, RayCaster
+from ..rays import Hits, RayCaster
 
 #: Surfaces that a ray or particle may pass straight through, all together, before it is given up.
 MOST_PASSAGES = 1024
-
-
-class Met(NamedTuple):
-    """What A rays met first: ``triangle`` (A,) int32, -1 for none, and barycentric ``u``, ``v`` (A,) float32."""
-
-    triangle: np.ndarray
-    u: np.ndarray
-    v: np.ndarray
 
 
 class Surfaces:
@@ -27,36 +17,7 @@ class Surfaces:
 
     def __init__(self, caster: RayCaster, transmittance: np.ndarray | None):
         self._caster = caster
-        # A copy, since kernels take nothing that is read-only.
-        self._transmittance = None if transmittance is None else np.array(transmittance)
-
-    def walk(
-        self, compiled: ModuleType, near: np.ndarray, towards: np.ndarray, reach: np.ndarray
-    ) -> Iterator[tuple[np.ndarray, Met, np.ndarray]]:
-        """As :meth:`met`, by ``compiled`` kernels, along R > 0 rays as Embree has them.
-
-        ``near`` (R, 3), ``towards`` (R, 3) and ``reach`` (R,) are float32. Yields rows (A,), what they Met, and the
-        share (A, 3) of light.
-        """
-        caster, endless = self._caster, reach.min() >= FAR
-        rows, share, starts, ways = np.arange(len(near)), np.ones((len(near), 3)), near, towards
-        for _ in range(MOST_PASSAGES):
-            met = Met(*caster.cast(starts, ways))
-            if not endless:
-                compiled.cut_beyond(
-                    rows, met.triangle, met.u, met.v, caster.edged, near, reach, caster.centre, caster.scale
-                )
-            yield rows, met, share
-            if self._transmittance is None:
-                return
-            behind = np.empty_like(rows), np.empty_like(share), np.empty_like(starts), np.empty_like(ways)
-            going = compiled.passed(
-                rows, met.triangle, met.u, met.v, caster.edged, caster.normals, self._transmittance, towards,
-                caster.tolerance, caster.centre, caster.scale, share, *behind,
-            )  # fmt: skip
-            if going == 0:
-                return
-            rows, share, starts, ways = (part[:going] for part in behind)
+        self._transmittance = transmittance
 
     def met(
         self, origins: np.ndarray, directions: np.ndarray, reach: np.ndarray | float = np.inf

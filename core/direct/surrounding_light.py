@@ -10,11 +10,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..compiled import kernels
 from ..lights.light import SHADOW_DIMENSIONS, Surroundings
 from .direction_guide import DirectionChoice, Sightings
 from .looks import Look
-from .looks_by_kernels import LooksByKernels
 from .looks_by_numpy import LooksByNumPy
 from .low_discrepancy import scrambled_net
 from .round_sums import RoundSums, batches, net_means
@@ -30,8 +28,7 @@ class SurroundingLight:
 
     def __init__(self, lights: Sequence[Surroundings], shadows: Shadows, reach: float, rays: int):
         self._lights, self._rays = lights, rays
-        self._by_numpy = LooksByNumPy(lights, shadows, reach)
-        self._by_kernels = LooksByKernels(lights, shadows, reach)
+        self._looks = LooksByNumPy(lights, shadows, reach)
         self.rays_per_round = rays * (1 + sum(light.aimed for light in lights)) if lights else 0
 
     def cast(
@@ -47,15 +44,13 @@ class SurroundingLight:
 
         What was seen goes into the list ``seen``.
         """
-        compiled = kernels(saving=0.0) if self._by_kernels.able else None
-        way = self._by_numpy if compiled is None else self._by_kernels
         for rows, spot in batches(rounds):
             found = np.zeros((len(spot) * self._rays, 3))
             look = Look(spots, spot, self._rays, guide, found, seen)
             for light in self._lights:
                 if light.aimed:
-                    way.aimed(light, look, self._uniforms(len(spot), generator))
-            way.by_chance(look, self._uniforms(len(spot), generator))
+                    self._looks.aimed(light, look, self._uniforms(len(spot), generator))
+            self._looks.by_chance(look, self._uniforms(len(spot), generator))
             sums.add(rows, rounds[rows], net_means(found, self._rays))
 
     def _uniforms(self, count: int, generator: np.random.Generator) -> np.ndarray:

@@ -73,7 +73,7 @@ def test_shifted_nets_are_uniform():
 def test_lamps_are_chosen_as_often_as_their_probability_says():
     lamps = [PointLight((x, 0, 1.0), np.full(3, power), 0.1) for x, power in ((0, 1), (2, 5), (4, 0), (1, 50))]
     points = np.array([(0, 0, 0), (3, 0, 0.0)])
-    choice = LampChoice(lamps, None, points, np.tile(UP, (2, 1)))
+    choice = LampChoice(lamps, points, np.tile(UP, (2, 1)))
     generator = np.random.default_rng(3)
     counts, stated = np.zeros((2, 4)), np.zeros((2, 4))
     for _ in range(2000):

@@ -20,8 +20,11 @@ from .estimator.standpoints import Standpoints, plain_standpoints, standpoints
 from .estimator.visible_area import VisibleDiscs, visible_discs, whole_discs
 from .gatherers.choose import make_gatherer
 from .irradiance import Irradiance
+from .gather.record_light import RecordLight
+from .gather.records import WIDTH, Records, scouted
+from .photons.emission import lights_of
 from .photons.guiding import learn_guide
-from .photons.photon_light import PhotonLight
+from .photons.photon_light import PhotonLight, PhotonSearch
 from .photons.tracing import PhotonTracer
 from .radius import Disc, check_radius, chosen_disc
 from .rays import RayCaster
@@ -116,6 +119,7 @@ def bake(
     start = time.perf_counter()
     stopwatch = Stopwatch("radius", "place", "shadow", "trace", "gather")
     plain, by_photons = settings.estimator == "plain", settings.direct_by == "photons"
+    gathers = settings.indirect_by == "gather" and settings.bounces > 0
     if settings.radius is not None:
         check_radius(settings.radius, scene)
     yield Progress("Placing the points", 0.0)
@@ -126,86 +130,164 @@ def bake(
     places = Standpoints.joined((yield from _gathered("Placing the points", stopwatch.timed("place", finding))))
     standing = stopwatch.seconds["place"] - before
 
+    lights = lights_of(scene) if settings.direct_by == "shadow-rays" else []
     rays, by_rays = None, Irradiance.dark(len(centres))
-    if settings.direct_by == "shadow-rays":
+    if lights or gathers:
+        rays = DirectLight(scene, caster, places.origins, normals, settings, lights)
+    if lights:
         # Direct light first: it needs no disc, and is what a user sees soonest.
-        rays = DirectLight(scene, caster, places.origins, normals, settings)
         for _ in stopwatch.timed("shadow", rays.rounds(0, first_rounds(rays, settings, start))):
             yield Progress("Casting shadow rays", 0.0)
         by_rays = rays.irradiance
         yield Progress("Casting shadow rays", 0.0, _only_direct(by_rays, settings, places, rays, stopwatch))
+
+    # What photons bring to discs at the points themselves; caustics, where surfaces turn light, are never gathered.
+    kinds = ["direct"] if by_photons else []
+    if settings.indirect_by == "photons" and settings.bounces > 0:
+        kinds.append("indirect")
+    if gathers and scene.specular is not None:
+        kinds.append("caustic")
+
+    records = None
+    if gathers:
+        with stopwatch("place"):
+            landings = scouted(scene, caster, places.origins, normals, settings.seed)
+            side = None if settings.radius is None else settings.radius / WIDTH
+            made = Records(caster, landings, len(centres), settings.seed, side)
+            records = RecordLight(scene, caster, made, settings, [] if by_photons else lights_of(scene))
+        gathers = len(records) > 0
+    if gathers:
+        yield Progress("Placing the records", 0.0)
+        of_records = ["direct"] if by_photons else []
+        of_records += ["indirect"] if settings.bounces > 1 else []
+        for _ in stopwatch.timed("place", records.place(of_records)):
+            yield Progress("Placing the records", 0.0)
+        for _ in stopwatch.timed("shadow", records.look_at_lights()):
+            yield Progress("Lighting the records", 0.0)
+        records.update()
+        rays.gather(records.reflected)
 
     yield Progress("Choosing the radius", 0.0)
     with stopwatch("radius"):
         if settings.radius is not None:
             disc = Disc(settings.radius, settings.expected_photons)
         else:
-            disc = chosen_disc(scene, caster, centres, normals, settings, by_rays.value)
+            disc = chosen_disc(scene, caster, centres, normals, settings, by_rays.value, kinds)
     with stopwatch("trace"):
-        bounces = settings.bounces if settings.indirect else 0
-        tracer = PhotonTracer(scene, caster, scene.bounds.expanded(2 * disc.radius), bounces, by_photons)
+        bounces = settings.bounces if settings.indirect_by != "off" else 0
+        reach = max(disc.radius, records.radius if records is not None else 0.0)
+        tracer = PhotonTracer(scene, caster, scene.bounds.expanded(2 * reach), bounces, by_photons)
 
-    discs = TangentDiscs.of_radius(centres, normals, disc.radius)
-    if plain:
-        placing = whole_discs(discs)
-    else:
-        placing = visible_discs(caster, discs, inward, look_in_every(settings, standing, start))
-    placed = VisibleDiscs.joined((yield from _gathered("Placing the discs", stopwatch.timed("place", placing))))
+    searches = []
+    if kinds:
+        discs = TangentDiscs.of_radius(centres, normals, disc.radius)
+        if plain:
+            placing = whole_discs(discs)
+        else:
+            placing = visible_discs(caster, discs, inward, look_in_every(settings, standing, start))
+        placed = VisibleDiscs.joined((yield from _gathered("Placing the discs", stopwatch.timed("place", placing))))
+        searches = [PhotonSearch(kind, placed) for kind in kinds]
+    covered = placed.area.hidden if kinds else np.zeros(len(centres), bool)
+    own = list(searches)
+    searches += records.searches if gathers else []
+    photons = PhotonLight(tracer, searches, settings.seed) if searches else None
+    names = "none", "No photons were searched."
 
-    kinds = [kind for kind, wanted in (("direct", by_photons), ("indirect", settings.indirect)) if wanted]
-    photons = PhotonLight(tracer, placed, kinds, settings.seed)
-    gatherer, reason = make_gatherer(settings.gatherer, placed.discs.taken(slice(0)))
+    def part(kind: str) -> Irradiance:
+        return sum((s.estimate.irradiance for s in own if s.kind == kind), Irradiance.dark(len(centres)))
 
     def found() -> BakeResult:
-        direct, indirect = by_rays + photons.part("direct"), photons.part("indirect")
+        direct, indirect = by_rays + part("direct"), part("indirect") + part("caustic")
+        if gathers:
+            reflected, spread = rays.reflected, rays.reflected_spread(records.common_error)
+            indirect = indirect + reflected + Irradiance(np.zeros_like(spread.value), spread.standard_error)
         return BakeResult(
             direct=direct,
             indirect=indirect,
-            hidden=hidden_points(placed.area.hidden, places.enclosed, direct.value + indirect.value),
-            radius=disc.radius,
-            gatherer=gatherer.name,
-            reason=reason,
-            photons=photons.particles,
-            segments=photons.segments,
-            shadow_rays=rays.rays if rays is not None else 0,
+            hidden=hidden_points(covered, places.enclosed, direct.value + indirect.value),
+            radius=disc.radius if kinds else records.radius if records is not None else 0.0,
+            gatherer=names[0],
+            reason=names[1],
+            photons=photons.particles if photons is not None else 0,
+            segments=photons.segments if photons is not None else 0,
+            shadow_rays=(rays.rays if rays is not None else 0) + (records.rays if records is not None else 0),
             seconds=stopwatch.seconds,
             emitted_flux=tracer.emitted_flux,
-            cut_flux=photons.cut_flux,
+            cut_flux=photons.cut_flux if photons is not None else np.zeros(3),
         )
 
+    def noises() -> tuple[Irradiance, Irradiance]:
+        """What more rays, and what more photons would mend."""
+        mended = sum((s.estimate.noise for s in own), Irradiance.dark(len(centres)))
+        if not gathers:
+            return by_rays, mended
+        return by_rays + rays.reflected, mended + rays.reflected_spread(records.common_error)
+
     result = found()
-    refinement = Refinement(settings, rays, photons if kinds else None, stopwatch, start)
-    refinement.observe(by_rays, photons.noise, result.light)
+    refinement = Refinement(settings, rays, photons, stopwatch, start, len(records) if gathers else 0)
+    refinement.observe(*noises(), result.light)
     while (step := refinement.next()) is not None:
         if step.rounds:
             last = rays.done + step.rounds
-            work = stopwatch.timed("shadow", rays.rounds(rays.done, last, photons.part("indirect").value))
+            work = stopwatch.timed("shadow", rays.rounds(rays.done, last, part("indirect").value, refinement.missing))
             for _ in work:
-                yield Progress("Casting shadow rays", refinement.fraction)
+                yield Progress("Casting rays", refinement.fraction)
             by_rays = rays.irradiance
         else:
             if photons.particles == 0:
-                with stopwatch("gather"):
-                    pilot = tracer.trace(PILOT_PHOTONS, np.random.default_rng(settings.seed)).segments
-                    expected = max(1, disc.photons * len(pilot) // PILOT_PHOTONS)
-                    gatherer, reason = make_gatherer(settings.gatherer, placed.discs, expected, pilot)
-                likely = refinement.likely(disc.photons)
-                aiming = learn_guide(tracer, gatherer, placed, kinds, result.irradiance, settings.seed, likely)
-                guide = yield from _during("Aiming the lights", refinement.fraction, stopwatch.timed("trace", aiming))
-                photons.prepare(gatherer, guide)
+                likely = refinement.likely(disc.photons if kinds else step.photons)
+                preparing = _prepared(tracer, photons, searches, result.irradiance, settings, likely, stopwatch)
+                names = yield from _during("Aiming the lights", refinement.fraction, preparing)
+            if gathers and photons.particles:
+                for _ in stopwatch.timed("shadow", records.look_at_lights(step.photons / photons.particles)):
+                    yield Progress("Lighting the records", refinement.fraction)
             for phase in photons.batch(step.photons, stopwatch):
                 yield Progress(phase, refinement.fraction)
+            if gathers:
+                records.update()
         result = found()
-        refinement.observe(by_rays, photons.noise, result.light)
+        refinement.observe(*noises(), result.light)
         yield Progress("Refining", refinement.fraction, result)
     return result
+
+
+def _prepared(
+    tracer: PhotonTracer,
+    photons: PhotonLight,
+    searches: list[PhotonSearch],
+    light: np.ndarray,
+    settings: BakeSettings,
+    likely: int,
+    stopwatch: Stopwatch,
+) -> Generator[None, None, tuple[str, str]]:
+    """Choose the searches' gatherers for so many ``likely`` photons, and aim the lights; the first one's name and why.
+
+    ``light`` (N, 3) W/m^2 is known already at the points.
+    """
+    with stopwatch("gather"):
+        pilot = tracer.trace(PILOT_PHOTONS, np.random.default_rng(settings.seed)).segments
+        for search in searches:
+            some = pilot.of_kind(search.kind)
+            expected = max(1, search.count(likely) * len(some) // PILOT_PHOTONS)
+            same = next((s.gatherer for s in searches if s.gatherer is not None and s.placed is search.placed), None)
+            if same is None:
+                search.gatherer, reason = make_gatherer(settings.gatherer, search.placed.discs, expected, some)
+                names = search.gatherer.name, reason
+            else:
+                search.gatherer = same
+    yield
+    first = searches[0]
+    known = light if len(light) == len(first.placed.discs) and first.half is None else np.zeros((len(first.placed.discs), 3))
+    aiming = learn_guide(tracer, first.gatherer, first.placed, first.kind, known, settings.seed, likely)
+    photons.aim((yield from stopwatch.timed("trace", aiming)))
+    return names
 
 
 def _only_direct(
     light: Irradiance, settings: BakeSettings, places: Standpoints, rays: DirectLight, stopwatch: Stopwatch
 ) -> BakeResult:
     """What is known before there are discs and photons: of indirect light, nothing."""
-    nothing, unknown = np.zeros(3), np.inf if settings.indirect else 0.0
+    nothing, unknown = np.zeros(3), np.inf if settings.indirect_by != "off" else 0.0
     return BakeResult(
         direct=light,
         indirect=Irradiance(np.zeros_like(light.value), np.full_like(light.value, unknown)),

@@ -60,7 +60,7 @@ def _seconds(points: int, settings: BakeSettings, error: float) -> float:
     seconds = POINT * points
     if settings.direct_by == "shadow-rays":
         seconds += RAY * RAYS * (0.1 / error) * points
-    if settings.indirect or settings.direct_by == "photons":
+    if settings.indirect_by != "off" or settings.direct_by == "photons":
         crossings = UNEVEN / (DEVIATION * error) ** 2
         photons = settings.photons or MORE_PHOTONS * photons_for(error)
         seconds += PHOTON * photons + CROSSING * crossings * points

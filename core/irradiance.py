@@ -13,6 +13,9 @@ SAMPLE = 1 << 15
 #: Halvings of an interval that find it.
 HALVINGS = 24
 
+#: Points with less than this share of the light that is usual in a scene are seen as dark, whatever their own light.
+DARK_SHARE = 0.02
+
 
 @dataclass(frozen=True)
 class Irradiance:
@@ -41,36 +44,57 @@ class Irradiance:
     def relative_error(self) -> float:
         """The error by which half of the lit points are likely to be off at most; NaN when all are dark, inf before the
         light is known of half of them.
-
-        The errors at point i follow a normal distribution with standard deviation s_i, see :attr:`relative_errors`.
-        This is the median of the absolute errors of all points together: the m with mean_i erf(m / (s_i sqrt 2)) = 1/2.
-        Where all s_i are equal, it is 0.674 s.
         """
-        errors = self.relative_errors
-        if len(errors) == 0:
-            return float("nan")
-        if len(errors) > SAMPLE:
-            errors = errors[np.linspace(0, len(errors) - 1, SAMPLE).astype(np.int64)]
-        known = np.isfinite(errors)
-        if known.mean() < 0.5:
-            return float("inf")
-        # Three quarters of the points stay within 1.2 of this with a probability of three quarters: more than half.
-        row = int(0.75 * len(errors))
-        upper = np.partition(errors, row)[row]
-        low, high = 0.0, float(1.2 * upper if np.isfinite(upper) else errors[known].max())
-        with np.errstate(divide="ignore", invalid="ignore"):
-            for _ in range(HALVINGS):
-                middle = 0.5 * (low + high)
-                within = np.where(errors > 0, _within(middle / errors), 1.0)
-                low, high = (middle, high) if within.mean() < 0.5 else (low, middle)
-        return high
+        return error_within(self.relative_errors, 0.5)
+
+    @cached_property
+    def seen_errors(self) -> np.ndarray:
+        """Standard error over irradiance (N,), of the RGB sums, of all points as they are seen beside each other.
+
+        Where there is next to no light, what is usual in the scene counts instead.
+        """
+        light = np.abs(self.value).sum(axis=1)
+        lit = light[light > 0]
+        usual = np.maximum(light, DARK_SHARE * np.median(lit) if len(lit) else 1.0)
+        return self.standard_error.sum(axis=1) / usual
+
+    @cached_property
+    def high_error(self) -> float:
+        """The error, of :attr:`seen_errors`, by which nine tenths of the points are likely to be off at most."""
+        return error_within(self.seen_errors, 0.9)
 
     def __add__(self, other: Irradiance) -> Irradiance:
         """Light from two independent estimates together."""
         return Irradiance(self.value + other.value, np.hypot(self.standard_error, other.standard_error))
 
 
-def _within(deviations: np.ndarray) -> np.ndarray:
+def error_within(errors: np.ndarray, share: float) -> float:
+    """The error within which a ``share`` of points stays, whose standard errors are ``errors`` (L,), inf if unknown.
+
+    The errors at point i follow a normal distribution with standard deviation s_i. This is the m with
+    mean_i erf(m / (s_i sqrt 2)) = share; where all s_i are equal, and share is a half, it is 0.674 s. NaN without
+    points, inf where too little is known.
+    """
+    if len(errors) == 0:
+        return float("nan")
+    if len(errors) > SAMPLE:
+        errors = errors[np.linspace(0, len(errors) - 1, SAMPLE).astype(np.int64)]
+    known = np.isfinite(errors)
+    if known.mean() < share:
+        return float("inf")
+    # Half of what is left out stays within so many of this with a probability that leaves out the other half at most.
+    row = int((0.5 + 0.5 * share) * len(errors))
+    upper = np.partition(errors, row)[row]
+    low, high = 0.0, float(3.0 * upper if np.isfinite(upper) else 3.0 * errors[known].max())
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            within = np.where(errors > 0, share_within(middle / errors), 1.0)
+            low, high = (middle, high) if within.mean() < share else (low, middle)
+    return high
+
+
+def share_within(deviations: np.ndarray) -> np.ndarray:
     """Share of a normal distribution within so many standard deviations, to 5e-4 (Abramowitz and Stegun 7.1.27)."""
     x = np.minimum(deviations, 10.0) * np.sqrt(0.5)
     return 1.0 - 1.0 / (1.0 + x * (0.278393 + x * (0.230389 + x * (0.000972 + x * 0.078108)))) ** 4

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,29 +67,30 @@ def chosen_disc(
     normals: np.ndarray,
     settings: BakeSettings,
     direct: np.ndarray,
+    kinds: Sequence[str],
 ) -> Disc:
     """The radius at which the expected photons give the settings' error at the median lit point.
 
     A pilot trace measures the relative error e0 with n0 particles at radius d0. The flux through a disc
     grows as d^2 n, hence e = e0 (d0/d) sqrt(n0/n), solved for d. ``direct`` (N, 3) W/m^2, which shadow rays have found,
     counts in the irradiance, but not in the error; the indirect light alone may then have INDIRECT_ALLOWANCE times the
-    target. ``centres`` and ``normals`` are (N, 3).
+    target. ``centres`` and ``normals`` are (N, 3); ``kinds`` of light are looked for at the discs.
     """
     start = time.perf_counter()
     size = scene.bounds.radius
     pilot_radius = PILOT_SHARE * size
-    by_photons = settings.direct_by == "photons"
-    if not (settings.indirect or by_photons):
+    if not kinds:
         return Disc(pilot_radius, 0)
     generator = np.random.default_rng(np.random.SeedSequence(settings.seed, spawn_key=(0,)))
     rows = np.arange(len(centres))
     if len(rows) > PILOT_POINTS:
         rows = np.sort(generator.choice(rows, PILOT_POINTS, replace=False))
     (placed,) = whole_discs(TangentDiscs.of_radius(centres[rows], normals[rows], pilot_radius))
-    bounces = settings.bounces if settings.indirect else 0
-    tracer = PhotonTracer(scene, caster, scene.bounds.expanded(pilot_radius), bounces, by_photons)
+    bounces = settings.bounces if settings.indirect_by != "off" else 0
+    tracer = PhotonTracer(scene, caster, scene.bounds.expanded(pilot_radius), bounces, "direct" in kinds)
     tracing = time.perf_counter()
     segments = tracer.trace(PILOT_PHOTONS, generator).segments
+    segments = segments.of_kind("caustic") if kinds == ["caustic"] else segments
     traced = time.perf_counter()
     accumulator = Accumulator(placed.discs, segments, PILOT_PHOTONS, placed.area)
     gatherer, _ = make_gatherer("disc-index", placed.discs, len(segments), segments)

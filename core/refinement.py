@@ -13,7 +13,7 @@ import numpy as np
 
 from .direct.direct_light import DirectLight
 from .estimator.visible_area import SPARSE
-from .irradiance import Irradiance
+from .irradiance import Irradiance, error_within, share_within
 from .photons.photon_light import PHOTONS_PER_GATHER, PhotonLight
 from .settings import BakeSettings
 from .stopwatch import Stopwatch
@@ -21,6 +21,10 @@ from .stopwatch import Stopwatch
 #: The first steps, so that there is light to look at soon, and the variance is known.
 FIRST_ROUNDS = 4
 FIRST_PHOTONS = 1 << 15
+
+#: With records, so many photons for each of their cells first, up to so many in all; and the first rounds of rays that
+#: look into them.
+PHOTONS_PER_CELL, MOST_FIRST_PHOTONS, FIRST_GATHER = 16, 1 << 18, 2
 
 #: In a bake of a given time, the share of it that each first step may take on a machine so many times slower than the
 #: nominal one.
@@ -40,27 +44,34 @@ LEAST_ROUNDS, LEAST_OF_PHOTONS = 4, 16
 #: A later step of photons may take this share of the time that is left, even if that more than doubles them.
 LEAST_OF_TIME = 0.2
 
-#: Rounds of shadow rays after which only light that is never found can still be missing.
+#: Rounds of rays after which only light that is never found can still be missing.
 MOST_ROUNDS = 512
 
 #: Photons of which none reached a point are enough to call the points dark.
 DARK_AFTER = 1 << 18
 
-#: Variance by shadow rays over that by photons from which photons are of no use.
+#: Variance by rays over that by photons from which photons are of no use.
 STUCK = 20.0
 
-#: The root mean square of the error by shadow rays may be so many times the error that half of the points keep to.
-SPREAD = 2.5
+#: Once half of the points keep to the error that is aimed at, neighbourhoods in which more than such a share of the
+#: points are off by more than so many times that error are worked on, until they hold few of all points.
+BEYOND, TIMES, FEW = 0.3, 3.0, 0.01
+
+#: Such neighbourhoods are given up after so many rounds of rays of their own, or rays for each of all points on average
+#: for an error of 4 % (their number grows as one over its square), or when the photons have become so many times as
+#: many. An error that was asked for gives up after PATIENCE times as many rays.
+MOST_OWN_ROUNDS, MOST_RAYS, PATIENCE, MORE_PHOTONS = 512, 400.0, 4.0, 4.0
 
 #: A point's relative standard error counts as no more than this, so that dark corners do not take all the work.
 LARGEST_ERROR = 0.5
 
-#: What a step is expected to save at least, over what it would if variance fell as one over the rays or photons.
-LEAST_WORTH = 0.05
+#: What a step is expected to save at least, over what it would if variance fell as one over the rays or photons. Of
+#: new photons at records only the rays see something that come after them.
+LEAST_WORTH, LATE = 0.05, 0.6
 
-#: Nominal seconds of a shadow ray, of tracing a segment, and of a crossing. Where an error is aimed at, these and not
-#: the clock decide what comes next, so that a seed gives the same light on every machine.
-SHADOW_RAY, SEGMENT, CROSSING = 4.5e-7, 1.2e-6, 2.5e-7
+#: Nominal seconds of a ray, of tracing a segment, and of a crossing. Where an error is aimed at, these and not the
+#: clock decide what comes next, so that a seed gives the same light on every machine.
+RAY, SEGMENT, CROSSING = 7e-7, 1.2e-6, 2.5e-7
 
 #: Crossings of a photon as long as none have been counted: many, so that a first step of little time keeps to it.
 CROSSINGS = 50
@@ -81,10 +92,10 @@ def first_rounds(direct: DirectLight, settings: BakeSettings, start: float) -> i
     """
     if direct.exact:
         return 1
-    if settings.seconds is None or not settings.indirect:
+    if settings.seconds is None or settings.indirect_by == "off":
         return FIRST_ROUNDS
     left = _seconds_left(settings, start)
-    return int(np.clip(FIRST_SHARE * left / (SLOWEST * SHADOW_RAY * direct.rays_per_round), 2, FIRST_ROUNDS))
+    return int(np.clip(FIRST_SHARE * left / (SLOWEST * RAY * direct.rays_per_round), 2, FIRST_ROUNDS))
 
 
 def look_in_every(settings: BakeSettings, standing: float, start: float) -> int:
@@ -98,33 +109,60 @@ def look_in_every(settings: BakeSettings, standing: float, start: float) -> int:
 class Refinement:
     """Chooses the steps of one bake, which began at ``start`` (of time.perf_counter), after its first rounds.
 
-    Either of ``direct`` and ``photons`` may be None, when that light is not looked for. ``stopwatch`` has the stages
-    shadow, trace and gather.
+    Either of ``rays`` and ``photons`` may be None, when that light is not looked for. ``cells`` of records are lit by
+    photons and looked up by rays; 0 where there are none. ``stopwatch`` has the stages shadow, trace and gather.
+
+    Attribute ``missing`` (N,): points whose neighbourhoods the next rays are for; None for all.
     """
 
     def __init__(
         self,
         settings: BakeSettings,
-        direct: DirectLight | None,
+        rays: DirectLight | None,
         photons: PhotonLight | None,
         stopwatch: Stopwatch,
         start: float,
+        cells: int = 0,
     ):
-        self._settings, self._direct, self._photons = settings, direct, photons
+        self._settings, self._rays, self._photons, self._cells = settings, rays, photons, cells
         self._stopwatch, self._start = stopwatch, start
-        self._error, self._parts, self._spread = float("nan"), (0.0, 0.0), 0.0
+        self._error, self._parts, self._over = float("nan"), (0.0, 0.0), 0.0
+        # Rays see new photons at records only when they are cast after them: so many rounds are due.
+        self._due = FIRST_GATHER if cells else 0
         # What a step of rays and of photons saved of late, over what it was to save; and how many there were before.
         self._worth, self._before = [1.0, 1.0], (0, 0)
+        self.missing: np.ndarray | None = None
+        # Rounds and photons when half of the points first were well.
+        self._well: tuple[int, int] | None = None
 
     def observe(self, by_rays: Irradiance, by_photons: Irradiance, light: Irradiance) -> None:
         """Look at what has been found: ``light`` is all, blur included, the others what more of each would mend."""
-        self._error = light.relative_error
+        self._error, goal = light.relative_error, self._settings.aimed_noise
+        if self._photons is not None and self._cells and self._due:
+            return
         lit = np.flatnonzero(np.abs(light.value).sum(axis=1) > 0)
         weights = _weights(light.relative_errors, self._error)
+        self.missing, self._over = None, 0.0
+        if goal is not None and np.isfinite(self._error):
+            self._over = self._error / goal
+            if self._over <= 1.0:
+                self._well = self._well or self._amounts
+                self._look_for_missing(light, goal)
+                weights = np.zeros(len(lit)) if self.missing is None else self.missing[lit].astype(float)
         parts = _mean_variance(by_rays, light, lit, weights), _mean_variance(by_photons, light, lit, weights)
         self._learn(parts)
         self._parts = parts
-        self._spread = np.sqrt(_mean_variance(by_rays, light, lit, np.ones(len(lit))))
+
+    def _look_for_missing(self, light: Irradiance, goal: float) -> None:
+        """Find the neighbourhoods in which too many points are far off, and by how much they are over their aim."""
+        errors = light.seen_errors
+        with np.errstate(divide="ignore"):
+            beyond = np.where(errors > 0, 1.0 - share_within(TIMES * goal / errors), 0.0)
+        missing = (beyond if self._rays is None else self._rays.around_each(beyond)) > BEYOND
+        self._over = 0.0
+        if missing.mean() > FEW:
+            self.missing = missing
+            self._over = error_within(errors[missing], 1.0 - BEYOND) / (TIMES * goal)
 
     def _learn(self, parts: tuple[float, float]) -> None:
         """See what the last step saved: the more photons there are, the smaller the discs they are used in."""
@@ -139,28 +177,31 @@ class Refinement:
     @property
     def _amounts(self) -> tuple[int, int]:
         """Rounds of rays and photons so far."""
-        rounds = 0 if self._direct is None else self._direct.done
+        rounds = 0 if self._rays is None else self._rays.done
         return rounds, 0 if self._photons is None else self._photons.particles
 
     def next(self) -> Step | None:
         """The next step; None when the bake is done."""
         if self._photons is not None and self._photons.particles == 0:
             return Step(photons=min(self._first_photons(), self._settings.most_photons or FIRST_PHOTONS))
+        if self._due:
+            due, self._due = self._due, 0
+            return Step(rounds=due)
         if self._hopeless():
             return None
+        if self._settings.aimed_noise is not None and self._error <= self._settings.aimed_noise and self._over <= 1.0:
+            return None
         rays, photons = self._more_rays(), self._more_photons()
-        goal = self._settings.aimed_noise
-        if goal is not None and self._error <= goal:
-            # Half of the points are well; those in half shadows need not be among them.
-            shaded = rays is not None and self._spread > SPREAD * goal
-            return self._in_time(rays) if shaded else None
-        if rays is not None and photons is None and self._photons is not None:
+        if rays is not None and photons is None and self._photons is not None and self._settings.aimed_noise is None:
             # The photons are used up, and their noise will remain.
             return self._in_time(rays) if self._gain(rays) > self._gain(Step(photons=1)) else None
         if rays is None and photons is not None and self._parts[0] > STUCK * self._parts[1]:
             return None  # the rays are used up, and more photons would not help
         step = max(filter(None, (rays, photons)), key=self._gain, default=None)
-        return None if step is None else self._in_time(step)
+        step = None if step is None else self._in_time(step)
+        if step is not None and step.photons and self._cells:
+            self._due = max(min(self._rays.done // 2, MOST_ROUNDS_PER_STEP), 1)
+        return step
 
     def likely(self, photons: int) -> int:
         """So many ``photons`` were planned; as many of them as the time that is left is likely to allow."""
@@ -187,26 +228,37 @@ class Refinement:
         return self._settings.photons is None and self._photons.particles >= DARK_AFTER
 
     def _more_rays(self) -> Step | None:
-        if self._direct is None or self._direct.exact or self._direct.done >= MOST_ROUNDS or np.isnan(self._error):
+        if self._rays is None or self._rays.exact or np.isnan(self._error):
             return None
-        done, goal = self._direct.done, self._settings.aimed_noise
+        if self._rays.done >= MOST_ROUNDS and self.missing is None:
+            return None
+        done, goal = self._rays.done, self._settings.aimed_noise
         wanted = min(done, MOST_ROUNDS_PER_STEP)
-        if goal is not None and np.isfinite(self._error):
-            ratio = max(self._error, self._spread / SPREAD) / goal
-            wanted = min(wanted, max(int(np.ceil(done * (ratio**2 - 1.0))), done // LEAST_ROUNDS, 1))
+        if self.missing is not None:
+            own = done - self._well[0]
+            given_up = own >= MOST_OWN_ROUNDS or self._rays.rays > self._most_rays(goal)
+            return None if given_up else Step(rounds=max(own, wanted))
+        if goal is not None and np.isfinite(self._over):
+            wanted = min(wanted, max(int(np.ceil(done * (self._over**2 - 1.0))), done // LEAST_ROUNDS, 1))
         return Step(rounds=wanted)
+
+    def _most_rays(self, goal: float) -> float:
+        """Rays after which neighbourhoods that are far off are given up."""
+        patience = 1.0 if self._settings.error is None else PATIENCE
+        return patience * MOST_RAYS * (0.04 / goal) ** 2 * self._rays.points
 
     def _more_photons(self) -> Step | None:
         if self._photons is None:
             return None
         done, wanted = self._photons.particles, self._photons.particles
+        if self.missing is not None and done >= MORE_PHOTONS * self._well[1]:
+            return None
         if np.isfinite(self._left):
             # Summing up takes time as well, so that short bakes should not take many steps.
             wanted = max(wanted, int(LEAST_OF_TIME * self._left / max(self._measured(Step(photons=1)), 1e-12)))
         wanted = min(wanted, PHOTONS_PER_GATHER)
-        if self._settings.aimed_noise is not None and np.isfinite(self._error):
-            short = done * ((self._error / self._settings.aimed_noise) ** 2 - 1.0)
-            least = max(short, done / LEAST_OF_PHOTONS)
+        if self._settings.aimed_noise is not None and np.isfinite(self._over):
+            least = max(done * (self._over**2 - 1.0), done / (1 if self._cells else LEAST_OF_PHOTONS))
             wanted = min(wanted, max(1, int(np.ceil(least / LEAST_PHOTONS))) * LEAST_PHOTONS)
         if self._settings.most_photons is not None:
             wanted = min(wanted, self._settings.most_photons - done)
@@ -216,21 +268,22 @@ class Refinement:
         """Variance that ``step`` takes away, over its cost."""
         kind, more = (0, step.rounds) if step.rounds else (1, step.photons)
         saved = self._worth[kind] * self._parts[kind] * more / (self._amounts[kind] + more)
-        return saved / max(self._cost(step), 1e-12)
+        return saved * (LATE if kind and self._cells else 1.0) / max(self._cost(step), 1e-12)
 
     def _cost(self, step: Step) -> float:
         """Seconds of a step: measured where time is what counts, else nominal."""
         if self._settings.seconds is not None:
             return self._measured(step)
         if step.rounds:
-            return step.rounds * self._direct.rays_per_round * SHADOW_RAY
+            share = 1.0 if self.missing is None else float(self.missing.mean())
+            return step.rounds * self._rays.rays_per_round * RAY * share
         found = self._photons.segments * SEGMENT + self._photons.crossings * CROSSING
         return step.photons * found / self._photons.particles
 
     def _measured(self, step: Step) -> float:
         seconds = self._stopwatch.seconds
         if step.rounds:
-            return step.rounds * seconds["shadow"] / self._direct.done
+            return step.rounds * seconds["shadow"] / self._rays.done
         return step.photons * (seconds["trace"] + seconds["gather"]) / self._photons.particles
 
     @property
@@ -241,7 +294,8 @@ class Refinement:
     def _first_photons(self) -> int:
         """Fewer when time is short, but never none: without reflected light a scene looks wrong."""
         affordable = FIRST_SHARE * self._left / (SLOWEST * _PHOTON)
-        return int(np.clip(affordable, LEAST_PHOTONS, FIRST_PHOTONS))
+        first = np.clip(PHOTONS_PER_CELL * self._cells, FIRST_PHOTONS, MOST_FIRST_PHOTONS)
+        return int(np.clip(affordable, LEAST_PHOTONS, first))
 
     def _in_time(self, step: Step) -> Step | None:
         """The step, or as much of it as the time that is left allows; None when that is nothing."""

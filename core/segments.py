@@ -17,6 +17,7 @@ class Segments:
     flux     (S, 3) W, RGB; a whole batch of segments is scaled to the scene's full power
     bounce   (S,)   uint16, reflections and refractions before this segment: 0 for light straight from a source
     particle (S,)   uint32, number of the particle whose path it is a part of; None where each is one of its own
+    caustic  (S,)   whether the last reflection before it was by a mirror, or a refraction; None: nowhere
     """
 
     origins: np.ndarray
@@ -24,6 +25,7 @@ class Segments:
     flux: np.ndarray
     bounce: np.ndarray
     particle: np.ndarray | None = None
+    caustic: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.origins)
@@ -34,7 +36,7 @@ class Segments:
 
     def taken(self, rows) -> Segments:
         """The segments of the given rows (index array, slice or mask)."""
-        arrays = self.origins, self.ends, self.flux, self.bounce, self.particle
+        arrays = self.origins, self.ends, self.flux, self.bounce, self.particle, self.caustic
         if isinstance(rows, slice):
             return Segments(*(None if array is None else array[rows] for array in arrays))
         rows = np.asarray(rows)
@@ -57,10 +59,17 @@ class Segments:
         """Those after at least one reflection or refraction."""
         return self.taken(np.flatnonzero(self.bounce)) if (self.bounce == 0).any() else self
 
+    def of_kind(self, kind: str) -> Segments:
+        """Those of direct light, of indirect light, or of what of it comes straight off mirrors or through glass."""
+        if kind == "caustic":
+            return self.taken(np.zeros(0, np.int64) if self.caustic is None else self.caustic)
+        return self.direct if kind == "direct" else self.indirect
+
     @staticmethod
     def joined(parts: list[Segments]) -> Segments:
         """All segments of ``parts`` in their order; ``parts`` holds at least one."""
         names = ["origins", "ends", "flux", "bounce"]
-        if all(part.particle is not None for part in parts):
-            names.append("particle")
+        for name in ("particle", "caustic"):
+            if all(getattr(part, name) is not None for part in parts):
+                names.append(name)
         return Segments(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})

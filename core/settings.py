@@ -28,6 +28,10 @@ GATHERERS = ("auto", "disc-index", "sphere-cache", "brute-force")
 #: visible: the part of each disc that its centre sees; plain: the whole disc, as in the study
 ESTIMATORS = ("visible", "plain")
 
+#: how light that was reflected is found: gathered by rays from each point over what DETP finds where they land, by
+#: photons on discs at the points themselves, as in the study, or not at all
+INDIRECT_LIGHT = ("gather", "photons", "off")
+
 #: how the light that comes straight from the lights is found, if at all
 DIRECT_LIGHT = ("shadow-rays", "photons", "none")
 
@@ -44,7 +48,7 @@ class BakeSettings:
     gatherer  one of GATHERERS
     estimator one of ESTIMATORS
     direct    one of DIRECT_LIGHT; None takes shadow rays, and with the plain estimator photons, as in the study
-    indirect  whether light is followed over reflections and refractions
+    indirect  one of INDIRECT_LIGHT; None gathers, and with the plain estimator takes photons, as in the study
     shadow_distance  metres, > 0, beyond which surfaces do not shade a point from the world (for ambient occlusion);
               None for no limit
     error     bake until half of the lit points are estimated to be off by less than this share, in 0..1
@@ -61,7 +65,7 @@ class BakeSettings:
     gatherer: str = "auto"
     estimator: str = "visible"
     direct: str | None = None
-    indirect: bool = True
+    indirect: str | None = None
     shadow_distance: float | None = None
     error: float | None = None
     seconds: float | None = None
@@ -75,7 +79,14 @@ class BakeSettings:
             raise InvalidSettingError(f"Unknown estimator '{self.estimator}': choose {', '.join(ESTIMATORS)}.")
         if self.direct is not None and self.direct not in DIRECT_LIGHT:
             raise InvalidSettingError(f"Unknown way to direct light '{self.direct}': choose {', '.join(DIRECT_LIGHT)}.")
-        if self.direct == "none" and not self.indirect:
+        if self.indirect is not None and self.indirect not in INDIRECT_LIGHT:
+            ways = ", ".join(INDIRECT_LIGHT)
+            raise InvalidSettingError(f"Unknown way to indirect light '{self.indirect}': choose {ways}.")
+        if self.estimator == "plain" and self.indirect == "gather":
+            raise InvalidSettingError(
+                "The plain estimator counts whole discs at the points themselves: leave gathering to the visible one."
+            )
+        if self.direct == "none" and self.indirect == "off":
             raise InvalidSettingError("Without direct and indirect light nothing is left to bake: choose at least one.")
         if self.error is not None and not 0 < self.error < 1:
             raise InvalidSettingError(f"The error to aim at must lie between 0 and 100 %, not {self.error:.3g}.")
@@ -122,6 +133,11 @@ class BakeSettings:
     def direct_by(self) -> str:
         """How direct light is found, one of DIRECT_LIGHT."""
         return self.direct or ("photons" if self.estimator == "plain" else "shadow-rays")
+
+    @property
+    def indirect_by(self) -> str:
+        """How indirect light is found, one of INDIRECT_LIGHT."""
+        return self.indirect or ("photons" if self.estimator == "plain" else "gather")
 
 
 def photons_for(error: float) -> int:

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from ..core.errors import DetpError, InvalidSettingError
-from ..core.settings import DIRECT_LIGHT, ESTIMATORS, GATHERERS, QUALITIES, BakeSettings
+from ..core.settings import DIRECT_LIGHT, ESTIMATORS, GATHERERS, INDIRECT_LIGHT, QUALITIES, BakeSettings
 from .blender_output import blender_silenced
 from .study_command import add_study
 from .tradeoff_command import add_tradeoff
@@ -135,7 +135,9 @@ def _add_bake(commands) -> None:
         help="how light straight from the lights is found (default: shadow-rays; photons with the plain estimator)",
     )
     bake.add_argument(
-        "--indirect", choices=("on", "off"), default="on", help="follow light over reflections (default: on)"
+        "--indirect",
+        choices=INDIRECT_LIGHT,
+        help="how light over reflections is found (default: gather; photons with the plain estimator)",
     )
     bake.add_argument("--seed", type=int, default=defaults.seed, metavar="N", help="of the random numbers (default: 0)")
     bake.add_argument("--gatherer", choices=GATHERERS, default=defaults.gatherer, help="(default: %(default)s)")
@@ -186,7 +188,7 @@ def _bake(arguments: argparse.Namespace) -> int:
         gatherer=arguments.gatherer,
         estimator=arguments.estimator,
         direct=arguments.direct,
-        indirect=arguments.indirect == "on",
+        indirect=arguments.indirect,
         shadow_distance=arguments.ao_distance,
     )
     scenes = [Path(scene) for scene in arguments.scenes]

@@ -164,10 +164,16 @@ class BakeOptions:
         default="AUTO",
         options={"SKIP_SAVE"},
     )
-    indirect: BoolProperty(
+    indirect: EnumProperty(
         name="Indirect Light",
-        description="Follow light over reflections and refractions",
-        default=True,
+        description="How light that surfaces reflect is found",
+        items=[
+            ("AUTO", "Automatic", "Gathered; with the plain estimator by photons, as in the study"),
+            ("GATHER", "Gathered", "Rays from each point look up what photons brought to the places they meet"),
+            ("PHOTONS", "Photons", "Photons that cross discs at the points themselves, as in the study of 2006"),
+            ("OFF", "Off", "Leave reflected light out"),
+        ],
+        default="AUTO",
         options={"SKIP_SAVE"},
     )
     estimator: EnumProperty(
@@ -273,7 +279,7 @@ def bake_request(options: dict) -> BakeRequest:
         gatherer=_core_name(options["gatherer"]),
         estimator=_core_name(options["estimator"]),
         direct=None if options["direct"] == "AUTO" else _core_name(options["direct"]),
-        indirect=options["indirect"],
+        indirect=None if options["indirect"] == "AUTO" else _core_name(options["indirect"]),
         shadow_distance=options["occlusion_distance"] or None,
     )
     return BakeRequest(

@@ -10,6 +10,7 @@ import numpy as np
 from ..core.direct.direct_light import DirectLight
 from ..core.estimator.standpoints import Standpoints, standpoints
 from ..core.photons.tracing import PhotonTracer
+from ..core.photons.emission import lights_of
 from ..core.radius import chosen_disc
 from ..core.rays import RayCaster
 from ..core.refinement import FIRST_ROUNDS
@@ -36,10 +37,14 @@ def load_study_scene(name: str, path: Path, segments: int) -> StudyScene:
     caster = RayCaster(export.scene.corners)
     settings = BakeSettings(quality="preview")
     places = Standpoints.joined(list(standpoints(caster, export.centres, export.normals, export.inward)))
-    direct = DirectLight(export.scene, caster, places.origins, export.normals, settings)
+    direct = DirectLight(
+        export.scene, caster, places.origins, export.normals, settings, lights_of(export.scene)
+    )
     for _ in direct.rounds(0, FIRST_ROUNDS):
         pass
-    disc = chosen_disc(export.scene, caster, export.centres, export.normals, settings, direct.irradiance.value)
+    disc = chosen_disc(
+        export.scene, caster, export.centres, export.normals, settings, direct.irradiance.value, ["indirect"]
+    )
     tracer = PhotonTracer(export.scene, caster, export.scene.bounds.expanded(2 * disc.radius), settings.bounces)
     parts: list[Segments] = []
     while sum(map(len, parts)) < segments:

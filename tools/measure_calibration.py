@@ -103,7 +103,7 @@ def shadow_rows(options):
     for name, make in calibration.SUBJECTS.items():
         subject = make(points=options.points)
         for quality in QUALITIES:
-            settings = {"quality": quality, "indirect": False, "direct": "shadow-rays"}
+            settings = {"quality": quality, "indirect": "off", "direct": "shadow-rays"}
             measured = calibration.repeated(
                 subject, options.seeds, radius=0.01 * subject.scene.bounds.radius, **settings
             )

@@ -22,4 +22,4 @@ def ambient_occlusion(scene: Scene, settings: BakeSettings) -> tuple[Scene, Bake
     """
     distance = settings.shadow_distance or DISTANCE_SHARE * scene.bounds.radius
     sky = replace(scene, emission=np.zeros_like(scene.emission), lights=(UniformWorld(np.ones(3)),))
-    return sky, replace(settings, direct="shadow-rays", indirect=False, shadow_distance=distance)
+    return sky, replace(settings, direct="shadow-rays", indirect="off", shadow_distance=distance)

@@ -57,6 +57,14 @@ class LampLight:
             uniforms = scrambled_net(self._rays, shifts).reshape(-1, SHADOW_DIMENSIONS)
             sums.add(rows, rounds[rows], self._samples(points, normals, spot, chosen, probability, uniforms))
 
+    def by_one_ray(self, points: np.ndarray, normals: np.ndarray, generator: np.random.Generator) -> np.ndarray:
+        """Irradiance (K, 3) at ``points`` (K, 3) with ``normals`` (K, 3) by one ray from each, to a lamp of its choice."""
+        if not self._lamps or len(points) == 0:
+            return np.zeros((len(points), 3))
+        spot, uniforms = np.arange(len(points)), generator.random((len(points), SHADOW_DIMENSIONS + 1))
+        chosen, probability = LampChoice(self._lamps, points, normals).chosen(spot, 1, uniforms[:, 0])
+        return self._samples(points, normals, spot, chosen, probability, uniforms[:, 1:])
+
     def _samples(self, points, normals, spot, chosen, probability, uniforms) -> np.ndarray:
         """Irradiance (S, 3) at each ``spot`` (S,) of the points by rays to the ``chosen`` lamps (S * some,)."""
         count = len(chosen) // len(spot)

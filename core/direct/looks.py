@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 
@@ -15,18 +16,24 @@ from .spots import Spots
 class Look:
     """One or more rounds of ``count`` rays from each of some ``spots``.
 
-    spot    (S,) the spot of each round
-    guide   moves rays by chance to where light is; None: they follow the cosine
-    found   (S * count, 3) W/m^2, counted up: what each ray brings
-    seen    a list to which Sightings are added; None when nothing is learnt any more
+    spot       (S,) the spot of each round
+    chances    rays by chance over those that are aimed at one light
+    guide      moves rays by chance to where light is; None: they follow the cosine
+    generator  of random numbers for rays that are followed on
+    seen       a list to which Sightings are added; None when nothing is learnt any more
+    total      (S, 3) W/m^2, counted up: what aimed rays bring in each round
+    followed   over how many landings rays have been followed before
     """
 
     spots: Spots
     spot: np.ndarray
     count: int
+    chances: float
     guide: DirectionChoice | None
-    found: np.ndarray
+    generator: np.random.Generator
     seen: list[Sightings] | None
+    total: np.ndarray
+    followed: int = 0
 
     @cached_property
     def row(self) -> np.ndarray:
@@ -37,3 +44,14 @@ class Look:
     def rays(self) -> Spots:
         """A spot for each ray."""
         return self.spots.taken(self.row)
+
+
+class ReflectedLight(Protocol):
+    """What surfaces reflect towards rays that meet them by chance."""
+
+    def sent(self, points, directions, triangle, places, generator: np.random.Generator, followed: int) -> np.ndarray:
+        """Radiosity (K, 6) W/m^2 of each ``triangle`` (K,), -1 for none, met at ``places`` (K, 3), in two halves.
+
+        Rays from ``points`` (K, 3) along unit ``directions`` (K, 3) met them.
+        """
+        ...

@@ -8,61 +8,83 @@ import numpy as np
 
 from ..lights.light import Surroundings
 from .direction_guide import SIDE, Sightings, cells
-from .looks import Look
+from .looks import Look, ReflectedLight
+from .round_sums import net_means
 from .shadows import Shadows
 
 
 class LooksByNumPy:
-    """Looks for ``lights``, which only surfaces within ``reach`` metres shade."""
+    """Looks for ``lights``, which only surfaces within ``reach`` metres shade.
+
+    Attribute ``reflected``: what surfaces send on, which rays by chance bring too; None as long as it is not known.
+    """
 
     def __init__(self, lights: Sequence[Surroundings], shadows: Shadows, reach: float):
         self._lights, self._shadows, self._reach = lights, shadows, reach
         self._distant = all(light.distant for light in lights)
+        self.reflected: ReflectedLight | None = None
 
     def aimed(self, light: Surroundings, look: Look, uniforms: np.ndarray) -> None:
-        """Add what rays chosen by ``light`` bring."""
-        spots, guide, found = look.rays, look.guide, look.found
+        """Add to ``look.total`` what rays chosen by ``light`` bring."""
+        spots, guide = look.rays, look.guide
         rays = light.shadow_rays(spots.points, uniforms)
         cosine = np.einsum("ij,ij->i", spots.normals, rays.directions)
         rows = np.flatnonzero((cosine > 0) & rays.shines)
-        directions, cosine, density = rays.directions[rows], cosine[rows], rays.density[rows]
+        directions, cosine = rays.directions[rows], cosine[rows]
+        # Per ray by chance.
+        density, chance = rays.density[rows] / look.chances, cosine / np.pi
         through = self._shadows.transmitted(spots.points[rows], directions, rays.distances[rows])
-        arriving = rays.radiance[rows] * through * cosine[:, None]
-        chance = cosine / np.pi
-        if guide is None and look.seen is None:
-            found[rows] += arriving / (density + chance)[:, None]
-            return
-        group = spots.group[rows]
-        place = group * (SIDE * SIDE) + cells(spots.taken(rows).uniforms(directions))
-        guided = chance if guide is None else chance * guide.density[place]
-        found[rows] += arriving / (density + guided)[:, None]
+        arriving = rays.radiance[rows] * through * (cosine / look.chances)[:, None]
+        guided = chance
+        if guide is not None or look.seen is not None:
+            group = spots.group[rows]
+            place = group * (SIDE * SIDE) + cells(spots.taken(rows).uniforms(directions))
+            guided = chance if guide is None else chance * guide.density[place]
+        found = np.zeros((len(spots), 3))
+        found[rows] = arriving / (density + guided)[:, None]
+        look.total[:] += net_means(found, look.count)
         if look.seen is not None:
-            plain, sent = np.abs(arriving).sum(axis=1) / (density + chance), density + guided
+            plain = np.abs(arriving).sum(axis=1) * look.chances / (density + chance)
+            sent = density + guided
             look.seen.append(Sightings(look.row[rows], place, plain, chance / sent, (density + chance) / sent))
 
-    def by_chance(self, look: Look, uniforms: np.ndarray) -> None:
-        """Add what rays along the cosine bring, or where the guide moves them."""
-        spots, guide, found = look.rays, look.guide, look.found
+    def by_chance(self, look: Look, uniforms: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
+        """What rays along the cosine bring, or where the guide moves them: W/m^2 of the lights (S * count, 3).
+
+        Then what surfaces reflect, by both halves of the records, (S * count, 6), or None.
+        """
+        spots, guide = look.rays, look.guide
         factor = np.ones(len(spots))
         if guide is not None:
             uniforms, factor = guide.warped(spots.group, uniforms)
         directions, cosine = spots.directions(uniforms)
         chance = cosine / np.pi
+        found = np.zeros((len(spots), 3))
+        sent_on = None if self.reflected is None else np.zeros((len(spots), 6))
         plain, densities = np.zeros(len(spots)), np.zeros(len(spots))
-        for rows, density, radiance in self._met(spots.points, directions):
+        for rows, density, radiance in self._met(spots.points, directions, look, sent_on):
+            density = density / look.chances
             arriving = radiance * cosine[rows, None]
             found[rows] += arriving / (density + chance[rows] * factor[rows])[:, None]
             if look.seen is not None:
                 plain[rows] += np.abs(arriving).sum(axis=1) / (density + chance[rows])
                 densities[rows] += density
         if look.seen is not None:
+            if sent_on is not None:
+                plain += 0.5 * sent_on.sum(axis=1)
             place = spots.group * (SIDE * SIDE) + cells(uniforms)
             sent = densities + chance * factor
             look.seen.append(Sightings(look.row, place, plain, chance / sent, (densities + chance) / sent))
+        if sent_on is not None:
+            sent_on /= factor[:, None]
+        return found, sent_on
 
-    def _met(self, points, directions):
-        """For each light: rows (R,) of rays, the density (R,) of aiming there, and the radiance (R, 3) that arrives."""
-        if self._distant:
+    def _met(self, points, directions, look, sent_on):
+        """For each light: rows (R,) of rays, the density (R,) of aiming there, and the radiance (R, 3) that arrives.
+
+        The radiosity of surfaces is added to ``sent_on`` (K, 6), unless that is None.
+        """
+        if self._distant and sent_on is None:
             share = self._shadows.transmitted(points, directions, np.full(len(points), self._reach))
             rows = np.flatnonzero(share.any(axis=1))
             nothing = np.full(len(rows), -1)
@@ -76,3 +98,7 @@ class LooksByNumPy:
                 at = rows[mine]
                 radiance, density = light.met(points[at], directions[at], hits.triangle[mine], hits.points[mine])
                 yield at, density, radiance * share[mine]
+            if sent_on is not None:
+                met = points[rows], directions[rows], hits.triangle, hits.points
+                sent = self.reflected.sent(*met, look.generator, look.followed)
+                sent_on[rows] += np.tile(share, 2) * sent

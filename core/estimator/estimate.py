@@ -34,6 +34,8 @@ class IrradianceEstimate:
     single    (N, 3) square that one crossing more would likely bring, W^2
     areas     (N, K) m^2 of the nested discs
     samples   how many particles there are
+    common    the sum over particles of what each alone would give all points' mean, W/m^2, RGB sum, and of its square:
+              what is wrong with all of them at once, which no single point tells
     """
 
     total: np.ndarray
@@ -42,12 +44,21 @@ class IrradianceEstimate:
     single: np.ndarray
     areas: np.ndarray
     samples: int
+    common: tuple[float, float] = (0.0, 0.0)
 
     @classmethod
     def empty(cls, areas: np.ndarray) -> IrradianceEstimate:
         """The estimate before the first particle, of discs whose nested ``areas`` (N, K) m^2 are given."""
         rings, whole = (*areas.shape, 3), (len(areas), 3)
         return cls(np.zeros(rings), np.zeros(rings), np.zeros(whole), np.zeros(whole), areas, 0)
+
+    @property
+    def common_error(self) -> float:
+        """Relative standard error of the mean over all points; 0 when it is dark."""
+        total, squares = self.common
+        if self.samples < 2 or total == 0.0:
+            return 0.0
+        return float(np.sqrt(max(squares * self.samples / total**2 - 1.0, 0.0) / (self.samples - 1)))
 
     @cached_property
     def irradiance(self) -> Irradiance:
@@ -99,7 +110,8 @@ class IrradianceEstimate:
         samples = self.samples + other.samples
         single = (self.single * self.samples + other.single * other.samples) / max(samples, 1)
         sums = (getattr(self, name) + getattr(other, name) for name in ("total", "squares", "repeated"))
-        return IrradianceEstimate(*sums, single, self.areas, samples)
+        common = tuple(np.add(self.common, other.common))
+        return IrradianceEstimate(*sums, single, self.areas, samples, common)
 
 
 def _student(freedom: int) -> float:
@@ -126,11 +138,26 @@ class Accumulator:
         self._particles = particles
         self._repeated = RepeatedCrossings(len(discs), segments)
         self._areas = visible.nested
+        self._first = int(segments.particle.min()) if segments.particle is not None and len(segments) else 0
+        self._alone = np.zeros(0)
 
     def add(self, crossings: Crossings) -> None:
         """Count these crossings in; each pair must come once."""
         if len(crossings):
-            self._repeated.add(crossings, self._sums.add(crossings))
+            kept = self._sums.add(crossings)
+            self._repeated.add(crossings, kept)
+            if self._segments.particle is not None:
+                self._add_alone(crossings.taken(kept))
+
+    def _add_alone(self, crossings: Crossings) -> None:
+        """Count what each particle gives all points together."""
+        if len(crossings) == 0:
+            return
+        particle = self._segments.particle.take(crossings.segment).astype(np.int64) - self._first
+        flux = self._segments.flux.sum(axis=1).take(crossings.segment)
+        alone = np.bincount(particle, flux / self._areas[:, 0].take(crossings.disc), len(self._alone))
+        alone[: len(self._alone)] += self._alone
+        self._alone = alone
 
     def estimate(self) -> IrradianceEstimate:
         """What has been added up so far."""
@@ -138,8 +165,13 @@ class Accumulator:
         particles = self._particles
         squares = (self._sums.squares, self._repeated.products(), self._single())
         return IrradianceEstimate(
-            self._sums.total * particles, *(part * particles**2 for part in squares), self._areas, particles
-        )
+            self._sums.total * particles, *(part * particles**2 for part in squares), self._areas, particles,
+            self._common(),
+        )  # fmt: skip
+
+    def _common(self) -> tuple[float, float]:
+        alone = self._alone * (self._particles / max(len(self._areas), 1))
+        return float(alone.sum()), float(alone @ alone)
 
     def _single(self) -> np.ndarray:
         """Squared flux (N, 3) of a crossing more: the mean of the disc's own crossings and one like those of all discs.

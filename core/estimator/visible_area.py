@@ -106,6 +106,11 @@ class VisibleDiscs:
     discs: TangentDiscs
     area: VisibleArea
 
+    def taken(self, rows) -> VisibleDiscs:
+        """The discs of the given rows (index array, slice or mask)."""
+        area = VisibleArea(*(getattr(self.area, field.name)[rows] for field in fields(VisibleArea)))
+        return VisibleDiscs(self.discs.taken(rows), area)
+
     @staticmethod
     def joined(parts: list[VisibleDiscs]) -> VisibleDiscs:
         """All discs of ``parts`` in their order; ``parts`` holds at least one."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -73,11 +73,12 @@ class Bounces:
         count = len(origins)
         bounce, passages = np.zeros(count, np.uint16), np.zeros(count, np.uint16)
         particle = np.arange(first, first + count, dtype=np.uint32)
+        caustic = None if self.specular is None else np.zeros(count, bool)
         parts, cut = [], np.zeros(3)
         while len(origins):
             hits = self.caster.first_hits(origins, directions)
             rows = np.flatnonzero(hits.triangle >= 0)
-            segments = Segments(origins, self._ends(origins, directions, hits, rows), flux, bounce, particle)
+            segments = Segments(origins, self._ends(origins, directions, hits, rows), flux, bounce, particle, caustic)
             if start is not None:
                 segments, flux = _begun(segments, directions, start)
                 start = None
@@ -92,6 +93,8 @@ class Bounces:
             alive = np.flatnonzero((fate != ABSORBED) & ~limit)
             rows, fate, flux = rows.take(alive), fate.take(alive), flux.take(alive, axis=0)
             particle = particle.take(rows)
+            if caustic is not None:
+                caustic = np.where(fate == PASSED, caustic.take(rows), fate >= MIRRORED)
             bounce = bounce.take(rows) + (fate != PASSED).astype(np.uint16)
             passages = passages.take(rows) + (fate == PASSED).astype(np.uint16)
             uniforms = uniforms[:, 1:].take(alive, axis=0)
@@ -151,7 +154,7 @@ def _begun(segments: Segments, directions, start) -> tuple[Segments, np.ndarray]
     """
     shining = start < np.linalg.norm(segments.ends - segments.origins, axis=1)
     begins = segments.origins + start[:, None] * directions
-    begun = Segments(begins, segments.ends, segments.flux, segments.bounce, segments.particle)
+    begun = replace(segments, origins=begins)
     return begun.taken(shining), np.where(shining[:, None], segments.flux, 0.0)
 
 

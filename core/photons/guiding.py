@@ -8,7 +8,7 @@ particle counts, and a particle's flux is divided by the density of its choice: 
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
+from collections.abc import Generator
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,14 +56,14 @@ def learn_guide(
     tracer: PhotonTracer,
     gatherer: Gatherer,
     placed: VisibleDiscs,
-    kinds: Sequence[str],
+    kind: str,
     light: np.ndarray,
     seed: int,
     particles: int,
 ) -> Generator[None, None, EmissionGuide]:
     """Learn to aim the lights of ``tracer`` at ``placed`` discs (N), over which ``gatherer`` searches, step by step.
 
-    kinds      of light that photons will bring, "direct", "indirect" or both
+    kind       of light that photons will bring, "indirect" or "caustic"; "direct" stands for all
     light      (N, 3) W/m^2 known already: points that have much of it need less of the photons
     particles  how many will be traced
 
@@ -77,7 +77,7 @@ def learn_guide(
     first = int(FIRST_ROUND * count)
     guide = natural
     for number, share in enumerate((first, count - first)):
-        pilot = yield from _pilot(tracer.guided(guide), gatherer, placed, kinds, light, seed, number, share)
+        pilot = yield from _pilot(tracer.guided(guide), gatherer, placed, kind, light, seed, number, share)
         # Every second one, so that both halves hold what all boxes sent.
         others = np.arange(share) % 2 == 1
         if not pilot.use[~others].any():
@@ -95,7 +95,7 @@ def learn_guide(
     return guide
 
 
-def _pilot(tracer, gatherer, placed, kinds, light, seed, number, particles) -> Generator[None, None, Pilot]:
+def _pilot(tracer, gatherer, placed, kind, light, seed, number, particles) -> Generator[None, None, Pilot]:
     """Trace the particles of round ``number`` and see what they bring, as :func:`learn_guide` says."""
     starts = range(0, particles, PHOTONS_PER_TRACE)
     shares = [min(PHOTONS_PER_TRACE, particles - start) for start in starts]
@@ -111,9 +111,10 @@ def _pilot(tracer, gatherer, placed, kinds, light, seed, number, particles) -> G
         draws.append(traced.draws)
         yield
     segments = Segments.joined(segments)
-    segments = segments if "direct" in kinds else segments.indirect
+    traced = segments.particle
+    segments = segments if kind == "direct" else segments.of_kind(kind)
     use, crossed = yield from _uses(segments, particles, gatherer, placed, light)
-    cost = EMISSION_COST + SEGMENT_COST * np.bincount(segments.particle, minlength=particles) + CROSSING_COST * crossed
+    cost = EMISSION_COST + SEGMENT_COST * np.bincount(traced, minlength=particles) + CROSSING_COST * crossed
     return Pilot(Draws.joined(draws), use, cost)
 
 

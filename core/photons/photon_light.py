@@ -9,7 +9,6 @@ import numpy as np
 from ..estimator.estimate import Accumulator, IrradianceEstimate
 from ..estimator.visible_area import VisibleDiscs
 from ..gatherers.gatherer import Gatherer
-from ..irradiance import Irradiance
 from ..parallel import ordered_map
 from ..segments import Segments
 from ..stopwatch import Stopwatch
@@ -22,34 +21,46 @@ PHOTONS_PER_TRACE = 1 << 15
 PHOTONS_PER_GATHER = 1 << 18
 
 
+class PhotonSearch:
+    """Looks for ``kind`` of light, "direct", "indirect" or "caustic", at ``placed`` discs.
+
+    ``half``: of all particles only those with even (0) or odd (1) numbers count; None: all. ``most``: segments after
+    more bounces than this do not count. Attributes ``gatherer``,
+    the search over the discs, to be set before photons come; ``estimate``, what has been found.
+    """
+
+    def __init__(self, kind: str, placed: VisibleDiscs, half: int | None = None, most: int | None = None):
+        self.kind, self.placed, self.half, self._most = kind, placed, half, most
+        self.gatherer: Gatherer | None = None
+        self.estimate = IrradianceEstimate.empty(placed.area.nested)
+
+    def wanted(self, segments: Segments) -> Segments:
+        """Those of ``segments`` that count; they carry the scene's full power together."""
+        if self.half is not None:
+            segments = segments.taken(segments.particle & 1 == self.half).weighted(2.0)
+        some = segments.of_kind(self.kind)
+        return some if self._most is None else some.taken(some.bounce <= self._most)
+
+    def count(self, particles: int) -> int:
+        """How many of so many ``particles`` count."""
+        return particles if self.half is None else (particles + 1 - self.half) // 2
+
+
 class PhotonLight:
-    """What photons bring to ``placed`` discs: ``kinds`` of light, "direct", "indirect" or both, batch after batch.
+    """What photons bring to each of some ``searches``, batch after batch.
 
     Attributes: how many ``particles`` were traced so far, how many of their ``segments`` were gathered, and how many
     ``crossings`` were found.
     """
 
-    def __init__(self, tracer: PhotonTracer, placed: VisibleDiscs, kinds: Sequence[str], seed: int):
-        self._tracer, self._placed, self._seed = tracer, placed, seed
-        self._gatherer: Gatherer | None = None
-        self._estimates = {kind: IrradianceEstimate.empty(placed.area.nested) for kind in kinds}
+    def __init__(self, tracer: PhotonTracer, searches: Sequence[PhotonSearch], seed: int):
+        self._tracer, self.searches, self._seed = tracer, searches, seed
         self._cut = np.zeros(3)
         self.particles = self.segments = self.crossings = 0
 
-    def part(self, kind: str) -> Irradiance:
-        """The irradiance of one kind of light so far; none, for certain, of a kind that is not looked for."""
-        if kind in self._estimates:
-            return self._estimates[kind].irradiance
-        return Irradiance.dark(len(self._placed.discs))
-
-    @property
-    def noise(self) -> Irradiance:
-        """All of it, with a standard error that holds only what more photons would take away."""
-        return sum((estimate.noise for estimate in self._estimates.values()), Irradiance.dark(len(self._placed.discs)))
-
-    def prepare(self, gatherer: Gatherer, guide: EmissionGuide) -> None:
-        """Let ``gatherer`` search the discs, and ``guide`` aim the lights: once, before the first batch."""
-        self._gatherer, self._tracer = gatherer, self._tracer.guided(guide)
+    def aim(self, guide: EmissionGuide) -> None:
+        """Let ``guide`` aim the lights: before the first batch."""
+        self._tracer = self._tracer.guided(guide)
 
     @property
     def cut_flux(self) -> np.ndarray:
@@ -77,22 +88,22 @@ class PhotonLight:
         segments = Segments.joined(parts)
         self.segments += len(segments)
         self.particles += particles
-        for kind in self._estimates:
-            for _ in self._gathered(
-                kind, segments.direct if kind == "direct" else segments.indirect, particles, stopwatch
-            ):
+        for search in self.searches:
+            for _ in self._gathered(search, segments, particles, stopwatch):
                 yield "Gathering"
 
-    def _gathered(self, kind: str, segments: Segments, particles: int, stopwatch: Stopwatch) -> Iterator[None]:
-        accumulator = Accumulator(self._placed.discs, segments, particles, self._placed.area)
+    def _gathered(self, search: PhotonSearch, segments: Segments, particles: int, stopwatch) -> Iterator[None]:
+        with stopwatch("gather"):
+            segments, placed = search.wanted(segments), search.placed
+            accumulator = Accumulator(placed.discs, segments, search.count(particles), placed.area)
         yield
-        for crossings in stopwatch.timed("gather", self._gatherer.crossings(segments)):
+        for crossings in stopwatch.timed("gather", search.gatherer.crossings(segments)):
             self.crossings += len(crossings)
             with stopwatch("gather"):
                 accumulator.add(crossings)
             yield
         with stopwatch("gather"):
-            self._estimates[kind] = self._estimates[kind].merged(accumulator.estimate())
+            search.estimate = search.estimate.merged(accumulator.estimate())
 
     def _generator(self, start: int) -> np.random.Generator:
         """The random numbers of the particles from ``start`` on; key 0 is the pilot's (see core/radius.py)."""

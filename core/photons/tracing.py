@@ -64,6 +64,7 @@ class PhotonTracer:
         """
         draws = self.guide.draws(particles, generator)
         sent = self._emission.emit(draws)
-        compiled = kernels(saving=0.0)
+        # Kernels do not tell caustics apart.
+        compiled = kernels(saving=0.0) if self._bounces.specular is None else None
         bounces = self._bounces if compiled is None else CompiledBounces(compiled, self._bounces)
         return TracedPhotons(*bounces.followed(sent, first, generator), draws)

@@ -47,5 +47,5 @@ def test_a_disc_as_large_as_the_room_is_crossed_by_the_same_particles_again_and_
 @pytest.mark.parametrize("subject, quality", [("furnace, albedo 0.8", "draft"), ("outdoors, sun and sky", "preview")])
 def test_the_light_that_shadow_rays_bring_has_an_honest_error_too(subject, quality):
     place = calibration.SUBJECTS[subject](points=40)
-    settings = {"indirect": False, "direct": "shadow-rays", "quality": quality, "radius": 0.1}
+    settings = {"indirect": "off", "direct": "shadow-rays", "quality": quality, "radius": 0.1}
     assert_calibrated(calibration.coverage(*calibration.repeated(place, SEEDS, **settings)))

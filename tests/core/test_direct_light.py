@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from detp.core.photons.emission import lights_of
 from detp.core.bake import bake
 from detp.core.direct.ambient_occlusion import ambient_occlusion
 from detp.core.direct.direct_light import MOST_SHARP_LAMPS, DirectLight
@@ -41,7 +42,7 @@ def direct(scene, points, normals=UP, rounds=64, **settings):
     """Value and standard error (N,) of the RGB mean."""
     points = np.atleast_2d(np.asarray(points, float))
     normals = np.broadcast_to(normals, points.shape)
-    light = DirectLight(scene, RayCaster(scene.corners), points + 1e-4 * normals, normals, BakeSettings(**settings))
+    light = DirectLight(scene, RayCaster(scene.corners), points + 1e-4 * normals, normals, BakeSettings(**settings), lights_of(scene))
     for _ in light.rounds(0, rounds // 2):
         pass
     for _ in light.rounds(rounds // 2, rounds):
@@ -164,7 +165,7 @@ def test_shadow_rays_and_photons_find_the_same_light(kind):
     reach = radius * np.sqrt((np.arange(around) + 0.5) / around)
     aside = np.c_[reach * np.cos(turns), reach * np.sin(turns), np.zeros(around)]
     normals = np.tile(UP, (len(points), 1))
-    settings = BakeSettings(photons=1 << 20, radius=radius, direct="photons", indirect=False, seed=6)
+    settings = BakeSettings(photons=1 << 20, radius=radius, direct="photons", indirect="off", seed=6)
     photons = finished(bake(scene, points, normals, settings))
     rays, error = direct(scene, (points[:, None] + aside).reshape(-1, 3), seed=6)
     rays, error = rays.reshape(-1, around).mean(axis=1), error.reshape(-1, around).mean(axis=1)
@@ -173,28 +174,31 @@ def test_shadow_rays_and_photons_find_the_same_light(kind):
     assert rays.max() > 0
 
 
-def test_direct_and_indirect_add_up_whichever_way_direct_light_is_found():
+def test_direct_and_indirect_add_up_whichever_way_light_is_found():
     scene, points = lit_room("area")
     normals = np.tile(UP, (len(points), 1))
-    results = {
-        (way, indirect): finished(
-            bake(scene, points, normals, BakeSettings("final", 1 << 19, 0.1, direct=way, indirect=indirect))
-        )
-        for way, indirect in (("shadow-rays", True), ("photons", True), ("none", True), ("shadow-rays", False))
-    }
-    whole = results["shadow-rays", True]
+
+    def found(direct, indirect):
+        settings = BakeSettings("final", 1 << 19, 0.1, direct=direct, indirect=indirect)
+        return finished(bake(scene, points, normals, settings))
+
+    def assert_alike(one, other):
+        error = np.hypot(one.standard_error, other.standard_error)
+        assert (np.abs(one.value - other.value) < 4 * error).all()
+
+    whole = found("shadow-rays", "gather")
     assert np.array_equal(whole.irradiance, whole.direct.value + whole.indirect.value)
-    for other in (results["none", True], results["photons", True]):
-        # Lights are aimed by what else there is, so that only the expectation is the same.
-        error = np.hypot(whole.indirect.standard_error, other.indirect.standard_error)
-        assert (np.abs(whole.indirect.value - other.indirect.value) < 4 * error).all()
-    alone = results["shadow-rays", False]
-    error = np.hypot(whole.direct.standard_error, alone.standard_error)
-    assert (np.abs(whole.direct.value - alone.irradiance) < 4 * error).all()
-    assert (results["none", True].direct.value == 0).all() and results["shadow-rays", False].photons == 0
-    both = results["photons", True]
-    z = (whole.irradiance - both.irradiance) / np.hypot(whole.standard_error, both.standard_error)
-    assert np.abs(z).max() < 4
+    for direct in ("shadow-rays", "photons", "none"):
+        for indirect in ("gather", "photons"):
+            other = found(direct, indirect)
+            assert_alike(whole.indirect, other.indirect)
+            if direct != "none":
+                assert_alike(whole.light, other.light)
+            else:
+                assert not other.direct.value.any()
+    alone = found("shadow-rays", "off")
+    assert alone.photons == 0
+    assert_alike(whole.direct, alone.light)
 
 
 def test_ambient_occlusion_is_the_open_share_within_its_distance():
@@ -225,7 +229,7 @@ def test_equal_seeds_give_equal_light_and_others_do_not():
 
 def test_settings_that_leave_nothing_to_bake_are_refused():
     with pytest.raises(InvalidSettingError, match="at least one"):
-        BakeSettings(direct="none", indirect=False)
+        BakeSettings(direct="none", indirect="off")
     with pytest.raises(InvalidSettingError, match="Unknown way"):
         BakeSettings(direct="magic")
     with pytest.raises(InvalidSettingError, match="above 0 m"):

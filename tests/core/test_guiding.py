@@ -13,7 +13,7 @@ from detp.core.lights.world import UniformWorld
 from detp.core.photons import guiding
 from detp.core.photons.emission_guide import EmissionGuide
 from detp.core.photons.emission_tree import grown
-from detp.core.photons.photon_light import PhotonLight
+from detp.core.photons.photon_light import PhotonLight, PhotonSearch
 from detp.core.photons.tracing import PhotonTracer
 from detp.core.rays import RayCaster
 from detp.core.stopwatch import Stopwatch
@@ -55,18 +55,20 @@ class Setting:
     def learnt(self, particles=PARTICLES, seed=1) -> EmissionGuide:
         dark = np.zeros((len(self.placed.discs), 3))
         return finished(
-            guiding.learn_guide(self.tracer, self.gatherer, self.placed, ["indirect"], dark, seed, particles)
+            guiding.learn_guide(self.tracer, self.gatherer, self.placed, "indirect", dark, seed, particles)
         )
 
     def light(self, guide, seeds, particles=10_000):
         """Irradiance of each disc, (seeds, N), and its standard error, RGB sums."""
         found = []
         for seed in seeds:
-            photons = PhotonLight(self.tracer, self.placed, ["indirect"], seed)
-            photons.prepare(self.gatherer, guide)
+            search = PhotonSearch("indirect", self.placed)
+            search.gatherer = self.gatherer
+            photons = PhotonLight(self.tracer, [search], seed)
+            photons.aim(guide)
             for _ in photons.batch(particles, Stopwatch("trace", "gather")):
                 pass
-            found.append(photons.part("indirect"))
+            found.append(search.estimate.irradiance)
         return np.array([part.value.sum(axis=1) for part in found]), np.array(
             [part.standard_error.sum(axis=1) for part in found]
         )

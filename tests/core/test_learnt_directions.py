@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from detp.core import parallel
+from detp.core.photons.emission import lights_of
 from detp.core.direct.direct_light import LEARN_AFTER, DirectLight
 from detp.core.direct.direction_guide import SIDE, DirectionChoice, DirectionSums, cells
 from detp.core.direct.point_groups import LARGEST_GROUP, PointGroups
@@ -54,7 +55,7 @@ def room(light):
 
 
 def looked(scene, points, normals, rounds=32, seed=0):
-    light = DirectLight(scene, RayCaster(scene.corners), points, normals, BakeSettings(seed=seed))
+    light = DirectLight(scene, RayCaster(scene.corners), points, normals, BakeSettings(seed=seed), lights_of(scene))
     for _ in light.rounds(0, rounds):
         pass
     return light
@@ -143,18 +144,18 @@ def test_lamps_that_are_certain_leave_their_rays_to_the_sky():
     )
     light = looked(scene, points, normals, 64)
     assert light.rays == pytest.approx(64 * light.rays_per_round, rel=0.02)
-    assert light._after.count.mean() > 1.3 * light._by_lamps.count.mean()
+    assert light._around.after.count.mean() > 1.3 * light._by_lamps.count.mean()
     assert light._by_lamps.count.min() >= LEAST_SHARE * 60
 
 
 def test_points_with_other_light_need_fewer_rays():
     scene, points, normals = room("world")
     light = looked(scene, points, normals, 16)
-    before, bright = light._after.count.copy(), points[:, 0] > 0
+    before, bright = light._around.after.count.copy(), points[:, 0] > 0
     for _ in light.rounds(16, 48, np.where(bright, 100.0, 0.0)[:, None] * np.ones(3)):
         pass
     more = np.empty(len(points))
-    more[light._groups.order] = light._after.count - before
+    more[light._groups.order] = light._around.after.count - before
     assert more[bright].mean() < 0.7 * more[~bright].mean()
 
 

@@ -28,7 +28,8 @@ class Bake:
     """Made-up light whose noise falls as it does: at every point 1 W/m^2 directly, and 1 W/m^2 by photons."""
 
     def __init__(self, settings, ray_noise=0.5, photon_noise=100.0, rays=True, photons=True, lit=True):
-        self.direct = SimpleNamespace(done=0, exact=False, rays_per_round=8 * POINTS) if rays else None
+        rays_of_points = {"rays_per_round": 8 * POINTS, "points": POINTS, "rays": 0, "around_each": lambda values: values}
+        self.direct = SimpleNamespace(done=0, exact=False, **rays_of_points) if rays else None
         self.photons = SimpleNamespace(particles=0, segments=0, crossings=0) if photons else None
         self.noises, self.lit = (ray_noise, photon_noise), lit
         self.stopwatch = Stopwatch("shadow", "trace", "gather")
@@ -111,12 +112,12 @@ def test_when_rays_cannot_do_more_photons_are_not_sent_for_nothing():
 
 
 def test_rays_alone_and_photons_alone():
-    assert Bake(BakeSettings(error=0.05, indirect=False), photons=False).run() <= 0.05
+    assert Bake(BakeSettings(error=0.05, indirect="off"), photons=False).run() <= 0.05
     assert Bake(BakeSettings(error=0.05, direct="photons"), rays=False).run() <= 0.05
 
 
 def test_exact_light_needs_one_round():
-    bake = Bake(BakeSettings(error=0.05, indirect=False), ray_noise=0.0, photons=False)
+    bake = Bake(BakeSettings(error=0.05, indirect="off"), ray_noise=0.0, photons=False)
     bake.direct.exact = True
     bake.run()
     assert bake.steps == [Step(rounds=1)]

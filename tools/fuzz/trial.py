@@ -179,7 +179,7 @@ def _by_command(settings: dict, request: dict) -> str:
         bpy.ops.wm.open_mainfile(filepath=str(scene), use_scripts=False)
         before = fingerprint()
         given = {"domain": request["domain"].lower(), "attribute": request["attribute"], "report": log}
-        given |= {"quantity": request["quantity"], **settings, "indirect": "on" if settings["indirect"] else "off"}
+        given |= {"quantity": request["quantity"], **settings}
         given = {name: value for name, value in given.items() if value is not None and name != "shadow_distance"}
         arguments = ["bake", str(scene), f"-o{baked}", *(f"--{name}={value}" for name, value in given.items())]
         arguments += ["--split"] * request["split"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import fields
 
-from detp.core.settings import ESTIMATORS, GATHERERS, QUALITIES, BakeSettings
+from detp.core.settings import ESTIMATORS, GATHERERS, INDIRECT_LIGHT, QUALITIES, BakeSettings
 from detp.detp_addon.element_values import QUANTITIES
 from detp.detp_addon.job import BakeRequest
 from fuzz.chance import Chance
@@ -30,11 +30,11 @@ def settings_values(chance: Chance) -> dict:
         "gatherer": chance.one_of(*GATHERERS),
         "estimator": chance.one_of(*ESTIMATORS),
         "direct": chance.one_of(None, "shadow-rays", "photons", "none"),
-        "indirect": chance.likely(0.8),
+        "indirect": chance.one_of(None, *INDIRECT_LIGHT),
         "shadow_distance": chance.one_of(None, None, None, 0.1, 10.0, 1e-30, 1e30),
     }
     if values["direct"] == "none" and chance.likely(0.9):
-        values["indirect"] = True
+        values["indirect"] = "gather"
     return _known_by(BakeSettings, values)
 
 

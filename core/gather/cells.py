@@ -1,0 +1,120 @@
+"""Cells of space in which gather rays land: finer where rays are short, and apart by the side that they land on.
+
+A ray of length t looks light up in cells with sides of about SHARE t, as wide as the part of the hemisphere that it
+stands for among a hundred rays. Sides go in powers of two, so that equal places and levels are equal numbers. Source of
+such keys: Binder, Fricke and Keller, "Massively Parallel Path Space Filtering", 2019.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+#: Sides of cells over the length of the ray that looks into them, at most.
+SHARE = 0.2
+
+#: Bits of a cell's number along each axis, for the direction that its surface faces, and for how far from the cell's
+#: middle its plane lies: sheets one behind the other differ in that, when they are more than a 16th of a side apart.
+_PLACE, _FACING, _SHEET = 16, 5, 5
+_MOST = (1 << _PLACE) - 1
+
+#: Levels of cells; the sides of level 0 are the finest that places have bits for.
+LEVELS = _PLACE
+_EMPTY = np.uint64(0xFFFFFFFFFFFFFFFF)
+
+#: Components of a unit normal smaller than this count as none: 26 directions that surfaces face.
+_SLANT = 0.38
+
+
+def facings(normals: np.ndarray) -> np.ndarray:
+    """Number (K,), 0...26, of the direction that surfaces with unit ``normals`` (K, 3) face, to about 25 degrees."""
+    steps = (normals > _SLANT).astype(np.int64) - (normals < -_SLANT) + 1
+    return (steps[:, 0] * 3 + steps[:, 1]) * 3 + steps[:, 2]
+
+
+class Cells:
+    """Numbers the cells of a scene that lies in a ball of ``radius`` metres around ``centre`` (3,).
+
+    ``finest`` metres, the sides of the smallest cells, are taken as they are; larger ones follow in powers of two.
+    """
+
+    def __init__(self, centre: np.ndarray, radius: float, finest: float):
+        smallest = 2.0 * radius / _MOST
+        self._low = centre - radius
+        self._least = int(np.clip(np.ceil(np.log2(finest / smallest)), 0, LEVELS - 1))
+        self._side = max(finest, smallest) / 2.0**self._least
+
+    @property
+    def finest(self) -> float:
+        """Sides of the smallest cells, metres."""
+        return self._side * 2.0**self._least
+
+    def levels(self, lengths: np.ndarray) -> np.ndarray:
+        """Level (K,) of the cells into which rays of these ``lengths`` (K,) metres look."""
+        _, exponent = np.frexp(lengths * (SHARE / self._side))
+        return np.clip(exponent - 1, self._least, LEVELS - 1)
+
+    def sides(self, levels: np.ndarray) -> np.ndarray:
+        """Sides (K,) metres of cells of these ``levels`` (K,)."""
+        return np.ldexp(self._side, levels)
+
+    def numbers(self, places: np.ndarray, normals: np.ndarray, facing: np.ndarray, levels: np.ndarray) -> np.ndarray:
+        """Numbers (K,) uint64 of the cells of ``levels`` (K,) at ``places`` (K, 3) m on surfaces.
+
+        These have unit ``normals`` (K, 3), on either side, and their :func:`facings` are ``facing`` (K,).
+        """
+        scale = 1.0 / self.sides(levels)
+        number, height = (levels << _FACING) | facing, np.zeros(len(places))
+        for axis in range(3):
+            place = (places[:, axis] - self._low[axis]) * scale
+            cell = np.clip(place.astype(np.int64), 0, _MOST)
+            number = (number << _PLACE) | cell
+            height += (place - cell - 0.5) * normals[:, axis]
+        sheet = (np.abs(height) * (1 << (_SHEET - 1))).astype(np.int64)
+        sheet = np.minimum(sheet, (1 << (_SHEET - 1)) - 1) | ((height < 0).astype(np.int64) << (_SHEET - 1))
+        return ((number << _SHEET) | sheet).view(np.uint64)
+
+    @staticmethod
+    def levels_of(numbers: np.ndarray) -> np.ndarray:
+        """Levels (K,) of cells by their ``numbers`` (K,)."""
+        return (numbers >> np.uint64(3 * _PLACE + _FACING + _SHEET)).astype(np.int64)
+
+
+class CellTable:
+    """Finds the row of a cell by its number: a hash table with open addresses.
+
+    ``numbers`` (C,) uint64 must differ; row c belongs to number c.
+    """
+
+    def __init__(self, numbers: np.ndarray, rows: np.ndarray):
+        bits = max(int(2 * len(numbers)).bit_length(), 4)
+        self._shift, self._mask = np.uint64(64 - bits), (1 << bits) - 1
+        self._numbers, self._rows = np.full(1 << bits, _EMPTY), np.full(1 << bits, -1, np.int64)
+        slot, left = self._first(numbers), np.arange(len(numbers))
+        while len(left):
+            free = np.flatnonzero(self._numbers[slot] == _EMPTY)
+            # Of those that want the same slot the last one gets it.
+            self._numbers[slot[free]] = numbers[left[free]]
+            self._rows[slot[free]] = rows[left[free]]
+            going = self._numbers[slot] != numbers[left]
+            left, slot = left[going], (slot[going] + 1) & self._mask
+
+    def find(self, numbers: np.ndarray) -> np.ndarray:
+        """Rows (K,) of the cells of these ``numbers`` (K,), -1 where there is none."""
+        slot = self._first(numbers)
+        there = self._numbers.take(slot)
+        rows = np.where(there == numbers, self._rows.take(slot), -1)
+        left = np.flatnonzero((there != numbers) & (there != _EMPTY))
+        numbers, slot = numbers.take(left), slot.take(left)
+        while len(left):
+            slot = (slot + 1) & self._mask
+            there = self._numbers.take(slot)
+            hit = there == numbers
+            rows[left[hit]] = self._rows.take(slot[hit])
+            going = np.flatnonzero(~hit & (there != _EMPTY))
+            left, numbers, slot = left.take(going), numbers.take(going), slot.take(going)
+        return rows
+
+    def _first(self, numbers: np.ndarray) -> np.ndarray:
+        """Where (K,) to look first (Fibonacci hashing, Knuth 6.4)."""
+        mixed = numbers ^ (numbers >> np.uint64(29))
+        return ((mixed * np.uint64(0x9E3779B97F4A7C15)) >> self._shift).astype(np.int64)

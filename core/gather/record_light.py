@@ -1,0 +1,88 @@
+"""The light at records: direct by shadow rays, the rest by DETP, each half of the records by its own half of photons."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from ..direct.direct_light import DirectLight
+from ..estimator.visible_area import SPARSE, VisibleDiscs, visible_discs
+from ..lights.light import Light
+from ..photons.emission import lights_of
+from ..photons.photon_light import PhotonSearch
+from ..rays import RayCaster
+from ..scene import Scene
+from ..settings import BakeSettings
+from .records import WIDTH, Records
+from .reflected_light import ReflectedLight
+
+#: Rounds of shadow rays from each record at first, and at most: their noise is averaged by the points that look there.
+FIRST_ROUNDS, MOST_ROUNDS = 8, 256
+
+
+class RecordLight:
+    """What is known of the light at ``records``, for ``reflected`` to be looked up.
+
+    ``lights`` are those that shadow rays go to; none if photons bring the direct light. Attribute ``searches``: for
+    photons; ``common_error``, the relative standard error of all records' mean, as far as photons are to blame.
+    """
+
+    def __init__(
+        self, scene: Scene, caster: RayCaster, records: Records, settings: BakeSettings, lights: Sequence[Light]
+    ):
+        self._caster, self._records, self._settings = caster, records, settings
+        self.reflected = ReflectedLight(scene, caster, lights_of(scene), records, settings.bounces)
+        self.searches: list[PhotonSearch] = []
+        self.common_error = 0.0
+        self._rays = None
+        if lights and len(records):
+            self._rays = DirectLight(scene, caster, records.held.stands, records.held.normals, settings, lights)
+
+    def __len__(self) -> int:
+        return len(self._records)
+
+    @property
+    def radius(self) -> float:
+        """Of the records' smallest discs, metres."""
+        return WIDTH * self._records.finest
+
+    def look_at_lights(self, times: float = 1.0) -> Iterator[None]:
+        """Cast shadow rays from the records, step by step: the first rounds, then as many ``times`` those before."""
+        if self._rays is None or (self._rays.done and self._rays.exact):
+            return
+        done = self._rays.done
+        rounds = min(int(np.ceil(times * done)), MOST_ROUNDS - done) if done else 1 if self._rays.exact else FIRST_ROUNDS
+        for _ in self._rays.rounds(done, done + rounds):
+            yield
+
+    @property
+    def rays(self) -> int:
+        """Shadow rays so far."""
+        return 0 if self._rays is None else self._rays.rays
+
+    def place(self, kinds: Sequence[str]) -> Iterator[None]:
+        """Place the records' discs and make the searches for ``kinds`` of photons, step by step."""
+        parts = []
+        for part in visible_discs(self._caster, self._records.discs, every=SPARSE):
+            parts.append(part)
+            yield
+        placed = VisibleDiscs.joined(parts)
+        cells = len(self._records)
+        halves = [placed.taken(slice(0, cells)), placed.taken(slice(cells, 2 * cells))]
+        most = self._settings.bounces - 1
+        self.searches = [PhotonSearch(kind, half, number, most) for kind in kinds for number, half in enumerate(halves)]
+
+    def update(self) -> None:
+        """Let what has been found be looked up."""
+        dark = np.zeros((2 * len(self._records), 3))
+        found = {"direct": dark if self._rays is None else self._rays.irradiance.value, "indirect": dark.copy()}
+        cells = len(self._records)
+        for search in self.searches:
+            rows = slice(search.half * cells, (search.half + 1) * cells)
+            found[search.kind][rows] = search.estimate.irradiance.value
+        self.reflected.know(found["direct"], found["indirect"])
+        whole = max(float(np.sum(found["direct"]) + np.sum(found["indirect"])), 1e-300)
+        errors = (s.estimate.common_error * float(np.sum(s.estimate.irradiance.value)) / whole for s in self.searches)
+        self.common_error = float(np.sqrt(sum(error**2 for error in errors)))
+

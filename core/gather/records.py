@@ -1,0 +1,204 @@
+"""Records: places where gather rays land, at which light is worked out beforehand, in two independent halves.
+
+Each cell in which rays land has two records, at different places in it where there are any. The light of the first
+comes from one half of the photons, that of the second from the other, so that what the halves differ by tells what
+photons, places and shadow rays get wrong at all points that look into the cell. Sources: Christensen, "Faster Photon
+Map Global Illumination", 1999 (irradiance worked out beforehand); Havran, Herzog and Seidel, "Fast Final Gathering via
+Reverse Photon Mapping", 2005 (only where gather rays land).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from ..direct.surfaces import Surfaces
+from ..discs import TangentDiscs
+from ..lights.aim import towards
+from ..parallel import ordered_map, slices
+from ..rays import RayCaster
+from ..sampling import cosine_hemisphere
+from ..scene import Scene
+from .cells import Cells, CellTable, facings
+
+#: Rays that find out where gather rays land: so many a point, but in all no fewer and no more than these.
+SCOUTS, LEAST_SCOUTS, MOST_SCOUTS = 8, 1 << 17, 1 << 20
+
+#: Most cells: so many for each point, but at least and at most these.
+CELLS_PER_POINT, LEAST_CELLS, MOST_CELLS = 0.5, 1 << 13, 1 << 16
+
+#: About so large a share of the rays are to be too short to look something up, if there may be cells enough.
+SHORT = 0.15
+
+#: Radius of a record's disc over the side of the smallest cells. Discs of larger cells grow as the root of their side:
+#: they are seen from afar, where what they blur is small, and there are photons enough for smaller ones.
+WIDTH, GROWTH = 1.2, 0.5
+
+#: Rays shorter than so many sides of the smallest cells look nothing up.
+NEAR = 2.0
+
+#: Who looks around from where a ray landed stands so many tolerances of the caster off the surface, back along the ray,
+#: which is free; rays that graze go back no farther than those of this cosine.
+STAND_OFF, GRAZING = 8, 0.1
+
+#: Landings of a cell that do not see its records may do so from this share of the cell's side higher: over a bump.
+HIGHER = 0.15
+
+#: Points whose rays are cast at a time.
+POINTS_PER_CHUNK = 1 << 13
+
+
+@dataclass(frozen=True)
+class Landings:
+    """Where K gather rays landed, on surfaces that reflect light.
+
+    places   (K, 3) metres
+    stands   (K, 3) metres, just off the surface: who looks around from a landing stands there
+    normals  (K, 3) unit normals of the surface, on the side that the ray came from
+    lengths  (K,) metres of the rays
+    """
+
+    places: np.ndarray
+    stands: np.ndarray
+    normals: np.ndarray
+    lengths: np.ndarray
+
+    @classmethod
+    def of(cls, caster: RayCaster, origins, directions, triangle: np.ndarray, places: np.ndarray) -> Landings:
+        """Of rays from ``origins`` (K, 3) m along unit ``directions`` (K, 3) on ``triangle`` (K,) at ``places`` (K, 3)."""
+        away = places - origins
+        lengths = np.sqrt(np.einsum("ij,ij->i", away, away))
+        normals = caster.normals.take(triangle, axis=0)
+        cosine = np.einsum("ij,ij->i", normals, directions)
+        normals *= -np.copysign(1.0, cosine)[:, None]
+        back = np.minimum(STAND_OFF * caster.tolerance / np.maximum(np.abs(cosine), GRAZING), 0.5 * lengths)
+        return cls(places, places - back[:, None] * directions, normals, lengths)
+
+    def taken(self, rows: np.ndarray) -> Landings:
+        """Those ``rows`` alone."""
+        return Landings(*(getattr(self, field.name).take(rows, axis=0) for field in fields(Landings)))
+
+    @staticmethod
+    def joined(parts: list[Landings]) -> Landings:
+        """All landings of ``parts``, of which there is one at least."""
+        return Landings(*(np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Landings)))
+
+
+def scouted(scene: Scene, caster: RayCaster, points: np.ndarray, normals: np.ndarray, seed: int) -> Landings:
+    """Where a few gather rays land from ``points`` (N, 3), clear of surfaces, with unit ``normals`` (N, 3)."""
+    wanted = np.clip(SCOUTS * len(points), LEAST_SCOUTS, MOST_SCOUTS)
+    reflects = scene.albedo.any(axis=1)
+    surfaces = Surfaces(caster, scene.transmittance if scene.transmittance.any() else None)
+
+    def found(rows: slice) -> Landings:
+        generator = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(4, rows.start)))
+        # As many rays from all points as are wanted together, where that is no whole number by chance.
+        count = (wanted / len(points) + generator.random(rows.stop - rows.start)).astype(np.int64)
+        spot = np.repeat(np.arange(rows.start, rows.stop), count)
+        origins = points.take(spot, axis=0)
+        directions = cosine_hemisphere(normals.take(spot, axis=0), generator.random((len(spot), 2)))
+        parts = []
+        for ray, hits, _ in surfaces.met(origins, directions):
+            met = np.flatnonzero((hits.triangle >= 0) & reflects[hits.triangle])
+            ray, triangle, places = ray.take(met), hits.triangle.take(met), hits.points.take(met, axis=0)
+            parts.append(Landings.of(caster, origins.take(ray, axis=0), directions.take(ray, axis=0), triangle, places))
+        return Landings.joined(parts)
+
+    return Landings.joined(list(ordered_map(found, slices(len(points), POINTS_PER_CHUNK))))
+
+
+class Records:
+    """C cells with two records each, where ``landings`` of gather rays from ``points`` points are.
+
+    ``finest`` metres are the sides of the smallest cells; None: as small as the number of records allows.
+
+    Attributes
+    held   Landings of the 2 C records; those of the second half follow those of the first
+    radii  (2 C,) metres, of their discs
+    """
+
+    def __init__(self, caster: RayCaster, landings: Landings, points: int, seed: int, finest: float | None = None):
+        size = 1.0 / caster.scale
+        if finest is None:
+            finest = _affordable(caster, landings, points, size)
+        self._cells = Cells(caster.centre, size, finest)
+        # What only rays see that are followed on is no part of what is seen from afar.
+        landings = landings.taken(np.flatnonzero(landings.lengths > 0.5 * self.near))
+        order = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(5,))).permutation(len(landings.lengths))
+        landings = landings.taken(order)
+        cells, first, cell = np.unique(_numbers(self._cells, landings), return_index=True, return_inverse=True)
+        last = np.empty(len(cells), np.int64)
+        last[cell] = np.arange(len(cell))
+        self.held = landings.taken(np.concatenate([first, last]))
+        sides, finest = self._cells.sides(self._cells.levels_of(cells)), self._cells.finest
+        self.radii = np.tile(WIDTH * finest * (sides / finest) ** GROWTH, 2)
+        cut = _cut(caster, landings, self.held, cell, sides)
+        self._table = CellTable(cells, np.where(cut, -1, np.arange(len(cells))))
+
+    def __len__(self) -> int:
+        return len(self.radii) // 2
+
+    @property
+    def discs(self) -> TangentDiscs:
+        """The records' discs, 2 C."""
+        return TangentDiscs(self.held.places, self.held.normals, self.radii)
+
+    @property
+    def finest(self) -> float:
+        """Sides of the smallest cells, metres."""
+        return self._cells.finest
+
+    @property
+    def near(self) -> float:
+        """Metres: the light where shorter rays land is not looked up."""
+        return NEAR * self.finest
+
+    def find(self, landings: Landings) -> np.ndarray:
+        """The cell (K,) whose records tell of the light at ``landings`` (K), -1 where none does."""
+        return np.where(landings.lengths < self.near, -1, self._table.find(_numbers(self._cells, landings)))
+
+
+def _numbers(cells: Cells, landings: Landings) -> np.ndarray:
+    facing, levels = facings(landings.normals), cells.levels(landings.lengths)
+    return cells.numbers(landings.places, landings.normals, facing, levels)
+
+
+def _affordable(caster: RayCaster, landings: Landings, points: int, size: float) -> float:
+    """Sides of the smallest cells, metres, such that hardly any rays are too short, but there are not too many cells."""
+    if len(landings.lengths) == 0:
+        return size
+    most = int(np.clip(CELLS_PER_POINT * points, LEAST_CELLS, MOST_CELLS))
+    finest = float(np.quantile(landings.lengths, SHORT)) / NEAR
+    while finest < size:
+        cells = Cells(caster.centre, size, finest)
+        seen = landings.lengths > 0.5 * NEAR * finest
+        if len(np.unique(_numbers(cells, landings)[seen])) <= most:
+            break
+        finest *= 2.0**0.25
+    return finest
+
+
+def _cut(caster: RayCaster, landings: Landings, held: Landings, cell: np.ndarray, sides: np.ndarray) -> np.ndarray:
+    """Whether (C,) a wall runs through each cell: one of its ``landings`` (K), in ``cell`` (K,), does not see a record.
+
+    ``held`` are the records' 2 C landings, ``sides`` (C,) the cells' in metres.
+    """
+    cut = np.zeros(len(sides), bool)
+    for half in (0, len(sides)):
+        record = cell + half
+        hidden = np.flatnonzero(_between(caster, landings.stands, held.stands.take(record, axis=0)))
+        rows, record = hidden, record.take(hidden)
+        rise = HIGHER * sides.take(cell.take(rows))[:, None]
+        here, there = landings.stands.take(rows, axis=0), held.stands.take(record, axis=0)
+        above = here + rise * landings.normals.take(rows, axis=0)
+        beyond = there + rise * held.normals.take(record, axis=0)
+        blocked = _between(caster, here, above) | _between(caster, above, beyond) | _between(caster, there, beyond)
+        cut[cell.take(rows[blocked])] = True
+    return cut
+
+
+def _between(caster: RayCaster, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Whether (K,) anything lies between places (K, 3)."""
+    directions, distances = towards(other - one)
+    return caster.occluded(one, directions, distances) & (distances > 0)

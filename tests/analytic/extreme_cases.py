@@ -23,10 +23,11 @@ from detp.core.settings import BakeSettings
 from rooms import box_quads, face_points, finished, scene_of
 
 #: both formulas, with direct light found both ways
-WAYS = [
-    {"estimator": estimator, "direct": direct}
+DISCS = [
+    {"estimator": estimator, "direct": direct, "indirect": "photons"}
     for estimator, direct in product(("visible", "plain"), ("photons", "shadow-rays"))
 ]
+WAYS = [*DISCS, {"direct": "shadow-rays", "indirect": "gather"}]
 SEARCHES = ("disc-index", "sphere-cache", "brute-force")
 
 
@@ -187,7 +188,7 @@ def radii(size):
     furnace = scene_of(quads, 0.5, 0.5 / np.pi)
     lamp = scene_of(quads, 0.5, lights=(PointLight((1, 1, 1), (12.0,) * 3),))
     worst, different = 0.0, 0.0
-    for share, way in product((1e-6, 1e-3, 0.1, 1.0, 10.0), WAYS):
+    for share, way in product((1e-6, 1e-3, 0.1, 1.0, 10.0), DISCS):
         # Discs within a face read E in its middle. Discs that hold the face read its mean, 1 by the energy balance:
         # plain ones of its size do, and of visible ones of ten times its size all the nested discs do.
         plain, radius = way["estimator"] == "plain", share * furnace.bounds.radius
@@ -250,7 +251,7 @@ def singles(size):
     scene = Scene([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)], [(0.5,) * 3], [(0,) * 3], [(0,) * 3])
     scene = replace(scene, lights=(SunLight((0, 0, -1), (1.0, 1.0, 1.0)),))
     values, fine = [], True
-    for way, search in product(WAYS, (*SEARCHES, "auto")):
+    for way, search in product(DISCS, (*SEARCHES, "auto")):
         radius = None if search == "auto" else 0.1
         result = baked(
             scene, np.array([(0.2, 0.2, 0)]), np.array([(0, 0, 1.0)]), 1, radius=radius, gatherer=search, **way

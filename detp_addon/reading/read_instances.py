@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 import bpy
@@ -52,7 +54,7 @@ class RenderedObjects:
 
     surfaces    each evaluated mesh once; responses: what its triangles do to light
     placements  where they stand
-    targets     the objects to bake
+    targets     the objects to bake; editing: the names of those that would be, were they not open in Edit Mode
     lights      lamps
     radiance    (3,) of a world of one colour, None when ``world`` must be looked at
     """
@@ -61,6 +63,7 @@ class RenderedObjects:
     responses: list[Response] = field(default_factory=list)
     placements: list[Placement] = field(default_factory=list)
     targets: list[TargetPoints] = field(default_factory=list)
+    editing: list[str] = field(default_factory=list)
     lights: list[Light] = field(default_factory=list)
     radiance: np.ndarray | None = None
     world: bpy.types.World | None = None
@@ -91,10 +94,23 @@ def read_instances(depsgraph, wanted: set | None, findings: Findings) -> Rendere
         key = (obj.data.as_pointer(), *(slot.as_pointer() if slot else 0 for slot in slots))
         if key not in rows:
             rows[key] = len(read.surfaces)
-            read.surfaces.append(read_mesh(obj.data, slots, materials, findings, obj.name))
+            with _rendered_mesh(obj) as mesh:
+                read.surfaces.append(read_mesh(mesh, slots, materials, findings, obj.name))
         _add_mesh(read, instance, rows[key], matrix, wanted, findings)
     read.responses.extend(respond(read.surfaces, materials))
     return read
+
+
+@contextmanager
+def _rendered_mesh(obj) -> Iterator[bpy.types.Mesh]:
+    """The mesh of an evaluated object; in Edit Mode its data are empty, and a render makes a mesh as here."""
+    if not obj.data.is_editmode:
+        yield obj.data
+        return
+    try:
+        yield obj.to_mesh()
+    finally:
+        obj.to_mesh_clear()
 
 
 def _seen(instance, findings: Findings) -> bool:
@@ -149,6 +165,7 @@ def _add_mesh(read: RenderedObjects, instance, row: int, matrix: np.ndarray, wan
         return
     if original.type != "MESH" or original.data.is_editmode:
         if original.type == "MESH":
+            read.editing.append(original.name)
             findings.warn("{} open in Edit Mode cannot be baked", "object", obj.name)
         return
     points = place_points(original, obj.data, surface, matrix)

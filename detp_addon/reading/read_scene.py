@@ -90,6 +90,9 @@ def read_scene(
     baked, points = _targets(read, scene, domain)
     if targets is not None:
         _name_missing(wanted, {target.object_name for target in baked}, findings)
+    if len(points.centres) == 0 and read.editing:
+        names = ", ".join(f"'{name}'" for name in read.editing[:3])
+        raise EditModeError(f"All meshes to bake are open in Edit Mode ({names}): leave Edit Mode and bake again.")
     if len(points.centres) == 0:
         raise NoMeshError("There is nothing to bake: choose mesh objects with faces that a render shows.")
     if scene.albedo.any():
@@ -108,16 +111,11 @@ def _shining(read: RenderedObjects) -> int:
 
 
 def _bakeable(targets: list[bpy.types.Object], findings: Findings) -> set[bpy.types.Object]:
-    """The targets that are meshes outside Edit Mode."""
-    meshes = [obj for obj in targets if obj.type == "MESH"]
-    editing = [obj for obj in meshes if obj.data.is_editmode]
+    """The targets that are meshes."""
     for obj in targets:
         if obj.type != "MESH":
             findings.warn("only mesh objects can be baked, not {}", "object", obj.name)
-    if meshes and len(editing) == len(meshes):
-        names = ", ".join(f"'{obj.name}'" for obj in editing[:3])
-        raise EditModeError(f"All meshes to bake are open in Edit Mode ({names}): leave Edit Mode and bake again.")
-    return set(meshes)
+    return {obj for obj in targets if obj.type == "MESH"}
 
 
 def _name_missing(wanted: set[bpy.types.Object], baked: set[str], findings: Findings) -> None:

@@ -113,6 +113,10 @@ def _add_bake(commands) -> None:
         help="write direct and indirect light also apart, as <attribute>_direct and <attribute>_indirect",
     )  # fmt: skip
     bake.add_argument(
+        "--activate", choices=("on", "off"), default="on",
+        help="make the colours those that viewport and renders show; off: these stay as they are (default: on)",
+    )  # fmt: skip
+    bake.add_argument(
         "--ao-distance", type=float, metavar="METRES",
         help="ambient occlusion: how near a surface must be to occlude (default: a fifth of the scene's radius)",
     )  # fmt: skip
@@ -205,6 +209,7 @@ def _bake(arguments: argparse.Namespace) -> int:
         domain=arguments.domain.upper(),
         quantity=arguments.quantity,
         split=arguments.split,
+        activate=arguments.activate == "on",
     )
     jobs = tuple(SceneJob(*paths) for paths in zip(scenes, outputs, previews, strict=True))
     return FAILED if bake_batch(Batch(jobs, request, report, arguments.quiet)) else DONE

@@ -110,7 +110,8 @@ def bake_scene(
     start = time.perf_counter() - spent
     scene_name = scene.name
     yield JobProgress("Reading the scene", 0.0)
-    export = read_scene(scene, view_layer, chosen_objects(scene, view_layer, request.targets), request.domain)
+    chosen = chosen_objects(scene, view_layer, request.targets)
+    export = read_scene(scene, view_layer, chosen, request.domain, request.attributes)
     targets, refusals = _writable(export.targets, request)
     targets, rows = _points_of(targets, len(export.centres))
     exported = time.perf_counter()

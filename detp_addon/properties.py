@@ -206,7 +206,8 @@ class BakeOptions:
     )
     activate: BoolProperty(
         name="Make Active",
-        description="Make the attribute the one that the viewport and renders show",
+        description="Make the attribute the one that the viewport and renders show. Off leaves their choice as it is. "
+        "Later bakes read the paint below either way",
         default=True,
         options={"SKIP_SAVE"},
     )

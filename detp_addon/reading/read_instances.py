@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
@@ -10,6 +10,7 @@ import bpy
 import numpy as np
 
 from ...core.lights.light import Light
+from ..baked_layers import NO_LAYERS, baked_names, colour_layers
 from .estimation_points import CornerPoints, place_points
 from .findings import Findings
 from .read_lights import read_light
@@ -69,14 +70,18 @@ class RenderedObjects:
     world: bpy.types.World | None = None
 
 
-def read_instances(depsgraph, wanted: set | None, findings: Findings) -> RenderedObjects:
-    """Read all objects of an evaluated scene; ``wanted`` are the original objects to bake, None for all meshes."""
+def read_instances(depsgraph, wanted: set | None, findings: Findings, written: Sequence[str] = ()) -> RenderedObjects:
+    """Read all objects of an evaluated scene; ``wanted`` are the original objects to bake, None for all meshes.
+
+    The attributes ``written`` are about to be overwritten.
+    """
     layer = depsgraph.view_layer_eval
     world = getattr(layer, "world_override", None) or depsgraph.scene_eval.world
     read = RenderedObjects(
         radiance=world_colour(world, layer, findings), world=world.original if world is not None else None
     )
     materials = Materials(findings)
+    lit = baked_names()
     rows: dict[tuple, int] = {}
     for instance in depsgraph.object_instances:
         obj = instance.object
@@ -94,8 +99,9 @@ def read_instances(depsgraph, wanted: set | None, findings: Findings) -> Rendere
         key = (obj.data.as_pointer(), *(slot.as_pointer() if slot else 0 for slot in slots))
         if key not in rows:
             rows[key] = len(read.surfaces)
+            layers = colour_layers(obj.original.data, written, lit) if obj.original.type == "MESH" else NO_LAYERS
             with _rendered_mesh(obj) as mesh:
-                read.surfaces.append(read_mesh(mesh, slots, materials, findings, obj.name))
+                read.surfaces.append(read_mesh(mesh, slots, materials, layers, findings, obj.name))
         _add_mesh(read, instance, rows[key], matrix, wanted, findings)
     read.responses.extend(respond(read.surfaces, materials))
     return read

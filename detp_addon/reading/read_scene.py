@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import bpy
@@ -74,18 +75,24 @@ def read_scene(
     view_layer: bpy.types.ViewLayer,
     targets: list[bpy.types.Object] | None,
     domain: str,
+    written: Sequence[str] = (),
 ) -> ExportedScene:
     """Read ``context_scene`` as a render of ``view_layer`` sees it now.
 
     ``targets`` are the objects to bake, None for every mesh object that the render shows; ``domain`` is CORNER or
-    POINT. Blender's data are afterwards as they were.
+    POINT. The colours of the attributes ``written`` and of earlier bakes are not looked at. Blender's data are
+    afterwards as they were.
 
     Raises NoMeshError when nothing can be baked, EditModeError when all that could is open in Edit Mode, SceneBusyError
     while Blender renders, and InvalidArrayError on numbers that are out of range.
     """
     findings = Findings()
     wanted = None if targets is None else _bakeable(targets, findings)
-    read = view_as_render(context_scene, view_layer, lambda depsgraph: read_instances(depsgraph, wanted, findings))
+
+    def visit(depsgraph) -> RenderedObjects:
+        return read_instances(depsgraph, wanted, findings, written)
+
+    read = view_as_render(context_scene, view_layer, visit)
     scene = _scene(read, _world_light(read, context_scene, view_layer, findings))
     baked, points = _targets(read, scene, domain)
     if targets is not None:

@@ -15,6 +15,7 @@ from ...core.lights.sun import SunLight
 from .findings import Findings
 from .read_materials import even_emission
 from .read_node_graph import node_tree
+from .surface_places import LAMP_RAYS
 
 _SHAPES = {"SQUARE": "rectangle", "RECTANGLE": "rectangle", "DISK": "ellipse", "ELLIPSE": "ellipse"}
 
@@ -60,7 +61,7 @@ def _strength(obj, findings: Findings) -> np.ndarray:
 
 
 def _node_emission(tree, name: str, findings: Findings) -> np.ndarray:
-    emission = even_emission(tree)
+    emission = even_emission(tree, LAMP_RAYS)
     if emission is None:
         findings.warn("nodes that vary the light (patterns, IES profiles) are not read, of {}", "light", name)
         return np.ones(3)

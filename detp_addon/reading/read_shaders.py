@@ -146,8 +146,12 @@ def _emission(shaders: Shaders, node, groups) -> Response:
 
 def _mix(shaders: Shaders, node, groups) -> Response:
     factor = np.clip(shaders.values.input(node, "Fac", groups), 0, 1)
-    first, second = (shaders.input(node, name, groups) for name in ("Shader", "Shader_001"))
-    return first.scaled(1 - factor).plus(second.scaled(factor))
+    return shaders.values.mixed(
+        factor,
+        lambda: shaders.input(node, "Shader", groups),
+        lambda: shaders.input(node, "Shader_001", groups),
+        lambda first, second: first.scaled(1 - factor).plus(second.scaled(factor)),
+    )
 
 
 def _add(shaders: Shaders, node, groups) -> Response:

@@ -33,10 +33,26 @@ class WhereaboutsUnknown(Exception):  # noqa: N818
     """A value depends on the place on a surface, where there is none."""
 
 
+#: what Light Path tells of the rays by which diffuse light travels between surfaces; other outputs are 0
+DIFFUSE_RAYS = {
+    "Is Diffuse Ray": 1.0,
+    "Is Reflection Ray": 1.0,
+    "Ray Length": 1.0,
+    "Ray Depth": 1.0,
+    "Diffuse Depth": 1.0,
+}
+#: of those that end in the world, which has no distance and counts as one reflection more
+WORLD_RAYS = {**DIFFUSE_RAYS, "Ray Length": 0.0, "Ray Depth": 2.0}
+#: and of those to a lamp, which are of no kind; their length is none that holds everywhere
+LAMP_RAYS = {"Ray Depth": 1.0, "Ray Length": None}
+
+
 @dataclass
 class Probe:
     """No place at all: notes which ``attributes`` the nodes ask for, and gives zeros."""
 
+    rays = DIFFUSE_RAYS
+    real = False
     attributes: set[tuple[str, str]] = field(default_factory=set)
 
     def uv(self, name: str) -> np.ndarray:
@@ -65,6 +81,11 @@ class Probe:
 class Nowhere:
     """No surface at all, for lights and worlds that are the same everywhere; raises WhereaboutsUnknown otherwise."""
 
+    real = True
+
+    def __init__(self, rays: dict[str, float | None]):
+        self.rays = rays
+
     def uv(self, name: str):
         """Raise."""
         raise WhereaboutsUnknown
@@ -78,6 +99,9 @@ class Nowhere:
 
 class Patches:
     """The PATCHES of T triangles, whose attributes are given at their corners (T, 3, c)."""
+
+    rays = DIFFUSE_RAYS
+    real = True
 
     def __init__(self, corners: dict[tuple[str, str], np.ndarray], images: Images, unknown):
         self._corners = corners

@@ -18,7 +18,7 @@ class BakeReport:
     objects         written; ``points`` estimated for them, from ``triangles`` and ``lights``
     filled          elements that no estimation point could serve, filled from their neighbours
     photons, segments   traced, and ``shadow_rays`` cast
-    radius          of the tangent discs, metres
+    radius          of the tangent discs, metres as the scene's units have them
     gatherer        that found the crossings, and ``gatherer_reason`` for its choice
     seconds         of each of STAGES, and their total
     relative_error  estimated: the share by which half of the lit points are off at most; NaN when all are dark

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...core.lights.light import Light
 from ..baked_layers import NO_LAYERS, baked_names, colour_layers
+from ..units import metres_per_unit
 from .estimation_points import CornerPoints, place_points
 from .findings import Findings
 from .read_lights import read_light
@@ -31,7 +32,7 @@ _NO_MESH = {
 
 @dataclass(frozen=True)
 class Placement:
-    """A mesh as it stands in the world: the row of its surface and the matrix (4, 4) that takes it there."""
+    """A mesh as it stands in the world: the row of its surface and the matrix (4, 4) that takes it there, in metres."""
 
     surface: int
     matrix: np.ndarray
@@ -81,7 +82,7 @@ def read_instances(depsgraph, wanted: set | None, findings: Findings, written: S
         radiance=world_colour(world, layer, findings), world=world.original if world is not None else None
     )
     materials = Materials(findings)
-    lit = baked_names()
+    lit, metres = baked_names(), metres_per_unit(depsgraph.scene)
     rows: dict[tuple, int] = {}
     for instance in depsgraph.object_instances:
         obj = instance.object
@@ -92,8 +93,9 @@ def read_instances(depsgraph, wanted: set | None, findings: Findings, written: S
         if not _seen(instance, findings):
             continue
         matrix = np.array(instance.matrix_world, np.float64)
+        matrix[:3] *= metres
         if obj.type == "LIGHT":
-            _add_light(read.lights, obj, matrix, findings)
+            _add_light(read.lights, obj, matrix, metres, findings)
             continue
         slots = [layer.material_override] * bool(layer.material_override) or _slots(obj)
         key = (obj.data.as_pointer(), *(slot.as_pointer() if slot else 0 for slot in slots))
@@ -141,8 +143,8 @@ def _slots(obj) -> list:
     ]
 
 
-def _add_light(lights: list[Light], obj, matrix: np.ndarray, findings: Findings) -> None:
-    light = read_light(obj, matrix, findings)
+def _add_light(lights: list[Light], obj, matrix: np.ndarray, metres: float, findings: Findings) -> None:
+    light = read_light(obj, matrix, metres, findings)
     if light is not None:
         # The running number keeps instances of one lamp apart.
         findings.modelled("{}", f"{obj.data.type.lower()} light", str(len(lights)))

@@ -96,6 +96,9 @@ def _add_bake(commands) -> None:
     bake.add_argument(
         "--objects", nargs="+", action="extend", metavar="NAME", help="mesh objects to bake (default: all visible)"
     )
+    bake.add_argument("--scene", metavar="NAME", help="scene of the file (default: the active one)")
+    bake.add_argument("--all-scenes", action="store_true", help="bake every scene of the file that has meshes")
+    bake.add_argument("--view-layer", metavar="NAME", help="view layer of the scene (default: the active one)")
     bake.add_argument(
         "--attribute", default="irradiance", metavar="NAME", help="colour attribute (default: irradiance)"
     )
@@ -200,6 +203,7 @@ def _bake(arguments: argparse.Namespace) -> int:
     # Everything that can be wrong without Blender has been checked, and Blender takes a second to load.
     with blender_silenced():
         from .batch import Batch, SceneJob, bake_batch
+        from .chosen_views import ViewChoice
         from .job import BakeRequest
 
     request = BakeRequest(
@@ -212,4 +216,5 @@ def _bake(arguments: argparse.Namespace) -> int:
         activate=arguments.activate == "on",
     )
     jobs = tuple(SceneJob(*paths) for paths in zip(scenes, outputs, previews, strict=True))
-    return FAILED if bake_batch(Batch(jobs, request, report, arguments.quiet)) else DONE
+    views = ViewChoice(arguments.scene, arguments.view_layer, arguments.all_scenes)
+    return FAILED if bake_batch(Batch(jobs, request, report, arguments.quiet, views)) else DONE

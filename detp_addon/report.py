@@ -25,6 +25,7 @@ class BakeReport:
     modelled        features of the scene that were found and needed; ``left_out`` those that were not honoured
     warnings        one sentence each
     output          the file written, or None inside Blender
+    blender_scene, view_layer   the names of what was baked
     """
 
     scene: str
@@ -45,6 +46,8 @@ class BakeReport:
     left_out: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     output: str | None = field(default=None)
+    blender_scene: str = ""
+    view_layer: str = ""
 
     def as_json(self) -> dict:
         """The report as values that JSON knows; a relative error that does not exist becomes null."""

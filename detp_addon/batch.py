@@ -15,9 +15,11 @@ import bpy
 
 from ..core.errors import DetpError
 from .blender_output import blender_silenced
+from .chosen_objects import chosen_objects
 from .chosen_views import View, ViewChoice, chosen_views, shared_objects
 from .files import check_readable, check_writable, is_compressed, open_blend, replace_file, save_blend
 from .job import BakeRequest, bake_scene
+from .modifiers import apply_modifiers
 from .preview import render_preview
 from .progress import ProgressDisplay
 from .report import BakeReport, to_json
@@ -41,6 +43,7 @@ class Batch:
     report: Path | None = None
     quiet: bool = False
     views: ViewChoice = field(default_factory=ViewChoice)
+    apply_modifiers: bool = False
 
 
 def bake_batch(batch: Batch) -> int:
@@ -109,6 +112,9 @@ def _bake_file(job: SceneJob, batch: Batch, display: ProgressDisplay, check_inte
         title = job.scene.stem if len(views) == 1 else f"{job.scene.stem}, {scene.name}"
         steps = bake_scene(scene, layer, request, spent=spent, scenes_too=[scene for scene, _ in views])
         try:
+            if batch.apply_modifiers:
+                with blender_silenced():
+                    opening += apply_modifiers(scene, layer, chosen_objects(scene, layer, request.targets))
             reports[scene, layer] = _finished(steps, title, display, check_interrupt)
         except DetpError as error:
             refusals.append((scene.name, error))

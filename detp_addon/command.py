@@ -100,6 +100,10 @@ def _add_bake(commands) -> None:
     bake.add_argument("--all-scenes", action="store_true", help="bake every scene of the file that has meshes")
     bake.add_argument("--view-layer", metavar="NAME", help="view layer of the scene (default: the active one)")
     bake.add_argument(
+        "--apply-modifiers", action="store_true",
+        help="apply what changes the faces (Array, Mirror, ...) in the output, so that every copy has its own light",
+    )  # fmt: skip
+    bake.add_argument(
         "--attribute", default="irradiance", metavar="NAME", help="colour attribute (default: irradiance)"
     )
     bake.add_argument(
@@ -217,4 +221,6 @@ def _bake(arguments: argparse.Namespace) -> int:
     )
     jobs = tuple(SceneJob(*paths) for paths in zip(scenes, outputs, previews, strict=True))
     views = ViewChoice(arguments.scene, arguments.view_layer, arguments.all_scenes)
-    return FAILED if bake_batch(Batch(jobs, request, report, arguments.quiet, views)) else DONE
+    return (
+        FAILED if bake_batch(Batch(jobs, request, report, arguments.quiet, views, arguments.apply_modifiers)) else DONE
+    )

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...core.lights.light import Light
 from ..baked_layers import NO_LAYERS, baked_names, colour_layers
+from ..modifiers import repeats
 from ..units import metres_per_unit
 from .estimation_points import CornerPoints, place_points
 from .findings import Findings
@@ -180,6 +181,9 @@ def _add_mesh(read: RenderedObjects, instance, row: int, matrix: np.ndarray, wan
     if len(points.centres) == 0:
         findings.warn("there is no light to bake on {}, of which a render shows no face", "object", obj.name)
         return
+    for sentence in repeats(original) if points.nearest else ():
+        remedy = "apply modifiers (on the command line --apply-modifiers) for light of its own"
+        findings.warn(f"{sentence}, on {{}}: {remedy}", "object", obj.name)
     if points.nearest:
         findings.warn("light is taken from the nearest point of the surface after modifiers for {}", "object", obj.name)
     library = original.library.filepath if original.library else None

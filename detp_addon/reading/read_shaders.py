@@ -29,11 +29,14 @@ class Shaders:
 
     def response(self, feed: Feed) -> Response:
         """What the shader that ``feed`` leads to does to light; black without one."""
-        if feed.node is None:
+        if feed.node is None and feed.socket.type == "SHADER":
             return Response.of()
         return self._known.of(feed.key, lambda: self._evaluated(feed))
 
     def _evaluated(self, feed: Feed) -> Response:
+        if feed.socket.type != "SHADER":
+            # A colour or a number in the place of a shader is given off.
+            return Response.of(emission=self.values.colour(feed))
         rule = SHADER_RULES.get(feed.node.bl_idname)
         if rule is None:
             self.values.places.unknown(described(feed.node))

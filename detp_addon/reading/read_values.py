@@ -72,6 +72,11 @@ class Values:
             return constant(socket)
         return converted(value, feed.socket.type, socket.type)
 
+    def colour(self, feed: Feed) -> np.ndarray:
+        """What ``feed`` gives as a colour, black when that is not known."""
+        value = self._value(feed)
+        return np.zeros((1, 3)) if value is None else converted(value, feed.socket.type, "RGBA")
+
     def mixed(self, factor: np.ndarray, first: Callable[[], Mixed], second: Callable[[], Mixed], mix) -> Mixed:
         """``mix(first(), second())``, or the one of them that a ``factor`` of 0 or 1 leaves: the other is not seen."""
         if self.places.real and not factor.any():

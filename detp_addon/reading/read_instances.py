@@ -19,6 +19,7 @@ from .read_lights import read_light
 from .read_materials import Materials
 from .read_meshes import MeshSurface, read_mesh, respond
 from .read_world import world_colour
+from .render_settings import note_object, note_scene
 from .response import Response
 
 #: kinds of objects that a render shows and that give no mesh
@@ -85,6 +86,7 @@ def read_instances(depsgraph, wanted: set | None, findings: Findings, written: S
     materials = Materials(findings)
     lit, metres = baked_names(), metres_per_unit(depsgraph.scene)
     rows: dict[tuple, int] = {}
+    placed: dict[bpy.types.Object, int | None] = {}
     for instance in depsgraph.object_instances:
         obj = instance.object
         if obj.type in _NO_MESH:
@@ -93,6 +95,7 @@ def read_instances(depsgraph, wanted: set | None, findings: Findings, written: S
             continue
         if not _seen(instance, findings):
             continue
+        placed[obj.original] = None
         matrix = np.array(instance.matrix_world, np.float64)
         matrix[:3] *= metres
         if obj.type == "LIGHT":
@@ -105,8 +108,14 @@ def read_instances(depsgraph, wanted: set | None, findings: Findings, written: S
             layers = colour_layers(obj.original.data, written, lit) if obj.original.type == "MESH" else NO_LAYERS
             with _rendered_mesh(obj) as mesh:
                 read.surfaces.append(read_mesh(mesh, slots, materials, layers, findings, obj.name))
+        placed[obj.original] = rows[key]
         _add_mesh(read, instance, rows[key], matrix, wanted, findings)
     read.responses.extend(respond(read.surfaces, materials))
+    shines = [bool(response.emission.any()) for response in read.responses]
+    mirrors = any(array.any() for response in read.responses for array in (response.mirror, response.clear))
+    for obj, row in placed.items():
+        note_object(obj, row is not None and shines[row], mirrors, findings)
+    note_scene(depsgraph.scene, layer, world, mirrors, findings)
     return read
 
 
@@ -127,7 +136,9 @@ def _seen(instance, findings: Findings) -> bool:
     obj = instance.object
     owners = [obj, instance.parent] if instance.is_instance and instance.parent is not None else [obj]
     if not all(owner.visible_diffuse for owner in owners):
-        findings.left_out("{}, hidden from diffuse light", "object", obj.name)
+        shades = obj.type == "MESH" and all(owner.visible_shadow for owner in owners)
+        shadow = ", with the shadow that Cycles gives it" if shades else ""
+        findings.left_out(f"{{}}, hidden from diffuse light{shadow}", "object", obj.name)
         return False
     if obj.type == "MESH" and not all(owner.visible_shadow for owner in owners):
         findings.left_out("light that passes through {} that cast no shadow in Cycles", "object", obj.name)

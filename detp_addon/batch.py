@@ -15,7 +15,7 @@ import bpy
 
 from ..core.errors import DetpError
 from .blender_output import blender_silenced
-from .chosen_objects import chosen_objects
+from .chosen_objects import chosen_objects, targets_in
 from .chosen_views import View, ViewChoice, chosen_views, shared_objects
 from .files import check_readable, check_writable, is_compressed, open_blend, replace_file, save_blend
 from .job import BakeRequest, bake_scene
@@ -108,7 +108,9 @@ def _bake_file(job: SceneJob, batch: Batch, display: ProgressDisplay, check_inte
     views = chosen_views(batch.views)
     reports, refusals = {}, []
     for scene, layer in views:
-        request = _within(batch.request, scene, len(views) > 1)
+        request = batch.request
+        if len(views) > 1:
+            request = replace(request, targets=targets_in(scene, request.targets))
         title = job.scene.stem if len(views) == 1 else f"{job.scene.stem}, {scene.name}"
         steps = bake_scene(scene, layer, request, spent=spent, scenes_too=[scene for scene, _ in views])
         try:
@@ -135,14 +137,6 @@ def _bake_file(job: SceneJob, batch: Batch, display: ProgressDisplay, check_inte
         entries.append(report.as_json())
     display.line(f"Saved {job.output}")
     return list(reports)
-
-
-def _within(request: BakeRequest, scene: bpy.types.Scene, several: bool) -> BakeRequest:
-    """The request for one of several scenes, of whose objects not all need be there."""
-    if not several or isinstance(request.targets, str):
-        return request
-    here = tuple(name for name in request.targets if name in scene.objects)
-    return replace(request, targets=here or request.targets)
 
 
 def _finished(steps: Generator, title: str, display: ProgressDisplay, check_interrupt) -> BakeReport:

@@ -16,7 +16,6 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from .baked_layers import colour_layers
 from .reading.render_view import view_as_render
 
 #: Share of the way from a corner to the middle of its face, and lift in shares of the scene's radius.
@@ -145,8 +144,8 @@ def _paint(material: bpy.types.Material) -> None:
 
 
 def give_light_attribute(mesh: bpy.types.Mesh) -> None:
-    """An attribute that Cycles bakes into; shaders that read the mesh's default colour read paint, no baked light."""
-    default = colour_layers(mesh).paint
+    """An attribute that Cycles bakes into; shaders that read the mesh's default colour keep what they read."""
+    default = mesh.attributes.default_color_name
     if LIGHT not in mesh.attributes:
         mesh.attributes.new(LIGHT, "FLOAT_COLOR", "CORNER")
     mesh.attributes.active_color_name = LIGHT

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import bpy
@@ -17,7 +16,7 @@ from .estimation_points import CornerPoints, place_points
 from .findings import Findings
 from .read_lights import read_light
 from .read_materials import Materials
-from .read_meshes import MeshSurface, read_mesh, respond
+from .read_meshes import MeshSurface, read_mesh, rendered_mesh, respond
 from .read_world import world_colour
 from .render_settings import note_object, note_scene
 from .response import Response
@@ -106,7 +105,7 @@ def read_instances(depsgraph, wanted: set | None, findings: Findings, written: S
         if key not in rows:
             rows[key] = len(read.surfaces)
             layers = colour_layers(obj.original.data, written, lit) if obj.original.type == "MESH" else NO_LAYERS
-            with _rendered_mesh(obj) as mesh:
+            with rendered_mesh(obj) as mesh:
                 read.surfaces.append(read_mesh(mesh, slots, materials, layers, findings, obj.name))
         placed[obj.original] = rows[key]
         _add_mesh(read, instance, rows[key], matrix, wanted, findings)
@@ -117,18 +116,6 @@ def read_instances(depsgraph, wanted: set | None, findings: Findings, written: S
         note_object(obj, row is not None and shines[row], mirrors, findings)
     note_scene(depsgraph.scene, layer, world, mirrors, findings)
     return read
-
-
-@contextmanager
-def _rendered_mesh(obj) -> Iterator[bpy.types.Mesh]:
-    """The mesh of an evaluated object; in Edit Mode its data are empty, and a render makes a mesh as here."""
-    if not obj.data.is_editmode:
-        yield obj.data
-        return
-    try:
-        yield obj.to_mesh()
-    finally:
-        obj.to_mesh_clear()
 
 
 def _seen(instance, findings: Findings) -> bool:

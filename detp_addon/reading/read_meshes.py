@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,6 +38,18 @@ class MeshSurface:
     recipe_rows: np.ndarray
     attributes: dict[tuple[str, str], np.ndarray]
     normals: np.ndarray | None
+
+
+@contextmanager
+def rendered_mesh(obj) -> Iterator:
+    """The mesh of an evaluated object; in Edit Mode its data are empty, and a render makes a mesh as here."""
+    if not obj.data.is_editmode:
+        yield obj.data
+        return
+    try:
+        yield obj.to_mesh()
+    finally:
+        obj.to_mesh_clear()
 
 
 def read_mesh(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import bpy
 import numpy as np
@@ -88,10 +89,7 @@ def read_scene(
     """
     findings = Findings()
     wanted = None if targets is None else _bakeable(targets, findings)
-
-    def visit(depsgraph) -> RenderedObjects:
-        return read_instances(depsgraph, wanted, findings, written)
-
+    visit = partial(read_instances, wanted=wanted, findings=findings, written=written)
     read = view_as_render(context_scene, view_layer, visit)
     scene = _scene(read, _world_light(read, context_scene, view_layer, findings))
     baked, points = _targets(read, scene, domain)

@@ -37,6 +37,7 @@ class Recipe:
     feed      of the output's surface otherwise, None when nothing is linked there
     needs     the mesh data its nodes ask for; empty when it is the same everywhere
     specular  whether it may mirror or refract
+    opaque    whether what lets light through throws a full shadow in Cycles
     """
 
     name: str
@@ -44,6 +45,7 @@ class Recipe:
     feed: Feed | None = None
     needs: frozenset[tuple[str, str]] = frozenset()
     specular: bool = False
+    opaque: bool = False
 
 
 class Materials:
@@ -73,6 +75,13 @@ class Materials:
 
     def evaluate(self, recipe: Recipe, corners: dict[tuple[str, str], np.ndarray], count: int) -> Response:
         """The mean response (count rows) of each triangle, from the recipe's needs at its corners (count, 3, c)."""
+        response = self._evaluated(recipe, corners, count)
+        if recipe.opaque and response.transmittance.any():
+            self._findings.left_out("switched-off transparent shadows of {}, which let light through here", "material",
+                                    recipe.name)  # fmt: skip
+        return response
+
+    def _evaluated(self, recipe: Recipe, corners: dict[tuple[str, str], np.ndarray], count: int) -> Response:
         if recipe.fixed is not None:
             return _repeated(self._physical(recipe.fixed, recipe.name), count)
         if not recipe.needs:
@@ -143,7 +152,8 @@ def _recipe(material) -> Recipe:
     with np.errstate(all="ignore"):
         shaders = Shaders(Values(probe, RULES), lambda sentence: None)
         shaders.response(feed)
-    return Recipe(material.name, feed=feed, needs=frozenset(probe.attributes), specular=shaders.specular)
+    opaque = not getattr(material, "use_transparent_shadow", True)
+    return Recipe(material.name, None, feed, frozenset(probe.attributes), shaders.specular, opaque)
 
 
 def _repeated(response: Response, count: int) -> Response:

@@ -162,3 +162,13 @@ def test_a_scene_without_a_world_has_no_settings_of_one(scene):
     scene.world = None
     lamp("SUN", energy=1.0)
     assert read().left_out == ()
+
+
+def test_transparent_shadows_that_are_switched_off_are_named():
+    made = material(lambda tree: node(tree, "ShaderNodeBsdfTransparent", Color=(0.5, 0.5, 0.5, 1)), "veil")
+    solid = material(lambda tree: node(tree, "ShaderNodeBsdfDiffuse"), "solid")
+    for number, paint in enumerate((made, solid)):
+        paint.use_transparent_shadow = False
+        quad("pane", location=(0, 0, 1 + number)).data.materials.append(paint)
+    (sentence,) = read().left_out
+    assert "transparent shadows of 1 material (veil)" in sentence

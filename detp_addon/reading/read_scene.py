@@ -18,6 +18,7 @@ from .findings import Findings
 from .read_instances import RenderedObjects, TargetPoints, read_instances
 from .read_shaders import DEFAULT_ALBEDO
 from .read_specular import joined_specular, specular_part
+from .render_settings import note_reflections
 from .render_view import view_as_render
 from .settled_corners import SettledPoints, settled_points
 from .triangle_geometry import determinant, has_area
@@ -100,8 +101,7 @@ def read_scene(
         raise EditModeError(f"All meshes to bake are open in Edit Mode ({names}): leave Edit Mode and bake again.")
     if len(points.centres) == 0:
         raise NoMeshError("There is nothing to bake: choose mesh objects with faces that a render shows.")
-    if scene.albedo.any():
-        findings.modelled("diffuse bounces")
+    note_reflections(context_scene, scene.albedo, findings)
     modelled, left_out, warnings = findings.sentences()
     return ExportedScene(
         scene, baked, points.centres, points.normals, points.inward, points.covered, modelled, left_out, warnings,

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
+
 from .findings import Findings
 
 #: read where scenes, lamps and worlds are; without effect on the light that surfaces receive
@@ -17,6 +19,9 @@ USUAL_LIMITS = {
     "max_bounces": 12, "diffuse_bounces": 4, "glossy_bounces": 4, "transmission_bounces": 12,
     "transparent_max_bounces": 8,
 }  # fmt: skip
+
+#: share of the light, in a closed room, whose lack would be seen
+WORTH_A_WORD = 0.02
 
 #: as far as any limit on a light's bounces can matter
 FAR = 64
@@ -149,6 +154,17 @@ def note_scene(scene, view_layer, world, mirrors: bool, findings: Findings) -> N
     note("world", getattr(world, "cycles", None), findings)
     if mirrors:
         note("world in mirrors", getattr(world, "cycles_visibility", None), findings)
+
+
+def note_reflections(scene, albedo: np.ndarray, findings: Findings) -> None:
+    """Say that surfaces of this ``albedo`` (T, 3) reflect, and whether more often than the scene lets Cycles follow."""
+    if not albedo.any():
+        return
+    findings.modelled("diffuse bounces")
+    cycles = getattr(scene, "cycles", None)
+    most = FAR if cycles is None else min(cycles.diffuse_bounces, cycles.max_bounces)
+    if most < FAR and albedo.mean(axis=0).max() ** (most + 1) > WORTH_A_WORD:
+        findings.modelled(f"light after the {most} reflections at which the scene lets Cycles stop")
 
 
 def note_object(obj, shines: bool, mirrors: bool, findings: Findings) -> None:

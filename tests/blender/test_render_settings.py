@@ -5,7 +5,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from detp.detp_addon.reading.render_settings import NAMED, USUAL_LIMITS, decision  # noqa: E402
-from made_scenes import fresh, lamp, material, node, quad, read  # noqa: E402
+from made_scenes import diffuse, fresh, lamp, material, node, quad, read  # noqa: E402
 
 
 @pytest.fixture(autouse=True)
@@ -172,3 +172,11 @@ def test_transparent_shadows_that_are_switched_off_are_named():
         quad("pane", location=(0, 0, 1 + number)).data.materials.append(paint)
     (sentence,) = read().left_out
     assert "transparent shadows of 1 material (veil)" in sentence
+
+
+@pytest.mark.parametrize("albedo, limit, said", [(0.8, 4, True), (0.2, 4, False), (0.8, 64, False), (0.95, 32, True)])
+def test_a_word_on_light_that_cycles_would_cut(scene, albedo, limit, said):
+    """In a closed room albedo^(limit + 1) of the light comes after the limit."""
+    bpy.data.objects["floor"].data.materials.append(diffuse((albedo,) * 3))
+    scene.cycles.diffuse_bounces = scene.cycles.max_bounces = limit
+    assert any(f"after the {limit} reflections" in sentence for sentence in read().modelled) == said

@@ -62,6 +62,23 @@ def test_a_mesh_in_edit_mode_is_read_as_out_of_it():
     assert same_scene(before, read())
 
 
+@pytest.mark.parametrize("kind", ["BYTE_COLOR", "FLOAT_COLOR"])
+def test_paint_is_read_in_edit_mode(kind):
+    quad("floor", location=(0, 0, -1))
+    obj = quad("edited")
+    layer = obj.data.color_attributes.new("Col", kind, "CORNER")
+    layer.data.foreach_set("color", np.random.default_rng(1).random(16, np.float32))
+    obj.data.attributes.default_color_name = "Col"
+    obj.data.materials.append(
+        material(lambda tree: node(tree, "ShaderNodeBsdfDiffuse",
+                                   Color=node(tree, "ShaderNodeVertexColor", {"layer_name": ""}).outputs[0]))
+    )  # fmt: skip
+    before = read()
+    assert before.warnings == () and 0 < before.scene.albedo[-1].max() < 1
+    edit(obj)
+    assert same_scene(before, read())
+
+
 def test_edits_that_were_not_left_yet_are_read():
     quad("floor", location=(0, 0, -1))
     obj = quad("edited")

@@ -36,6 +36,10 @@ class EditModeError(DetpError):
     """A mesh is open in Edit Mode, where its data cannot be read or written."""
 
 
+class SceneNotFoundError(DetpError):
+    """A named scene or view layer does not exist."""
+
+
 class AttributeNameTakenError(DetpError):
     """The attribute name belongs to an attribute of another type or domain."""
 

@@ -8,15 +8,18 @@ import time
 import traceback
 from collections.abc import Generator, Iterator
 from contextlib import closing, contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import bpy
 
 from ..core.errors import DetpError
 from .blender_output import blender_silenced
+from .chosen_objects import chosen_objects, targets_in
+from .chosen_views import View, ViewChoice, chosen_views, shared_objects
 from .files import check_readable, check_writable, is_compressed, open_blend, replace_file, save_blend
 from .job import BakeRequest, bake_scene
+from .modifiers import apply_modifiers
 from .preview import render_preview
 from .progress import ProgressDisplay
 from .report import BakeReport, to_json
@@ -39,6 +42,8 @@ class Batch:
     request: BakeRequest
     report: Path | None = None
     quiet: bool = False
+    views: ViewChoice = field(default_factory=ViewChoice)
+    apply_modifiers: bool = False
 
 
 def bake_batch(batch: Batch) -> int:
@@ -54,11 +59,11 @@ def bake_batch(batch: Batch) -> int:
     try:
         with _interruptible() as check_interrupt:
             for job in batch.jobs:
-                entry = {"scene": str(job.scene), "output": None}
+                baked = []
                 try:
-                    entry = _bake_file(job, batch.request, display, check_interrupt)
+                    views = _bake_file(job, batch, display, check_interrupt, baked)
                     if job.preview is not None:
-                        _draw(job, batch.request, display)
+                        _draw(job, batch.request, views, display)
                 except DetpError as error:
                     failures[job.scene] = str(error)
                 except Exception:  # a fault of ours on one scene must not cost the user the other scenes
@@ -66,10 +71,11 @@ def bake_batch(batch: Batch) -> int:
                     traceback.print_exc()
                     failures[job.scene] = "The program failed here, by its own fault: please report the lines above."
                 if job.scene in failures:
-                    entry["error"] = failures[job.scene]
+                    baked = baked or [{"scene": str(job.scene), "output": None}]
+                    baked[-1]["error"] = failures[job.scene]
                     display.end()
                     print(f"{job.scene}: {failures[job.scene]}", file=sys.stderr, flush=True)
-                entries.append(entry)
+                entries += baked
     finally:
         display.end()
         if batch.report is not None and entries:
@@ -87,8 +93,8 @@ def _summarise(count: int, failures: dict[Path, str]) -> None:
         print(f"  {scene}: {reason}", file=sys.stderr, flush=True)
 
 
-def _bake_file(job: SceneJob, request: BakeRequest, display: ProgressDisplay, check_interrupt) -> dict:
-    """Bake and save one scene, say so, and return its entry in the report."""
+def _bake_file(job: SceneJob, batch: Batch, display: ProgressDisplay, check_interrupt, entries: list) -> list[View]:
+    """Bake and save one file, say so, add an entry of the report for each view baked, and return these views."""
     for path in (job.output, job.preview):
         if path is not None:
             check_writable(path)
@@ -99,18 +105,41 @@ def _bake_file(job: SceneJob, request: BakeRequest, display: ProgressDisplay, ch
         opening = open_blend(job.scene)
     # Saving takes about as long as opening, and counts against the time of the bake as well.
     spent = 2.0 * (time.perf_counter() - begin)
-    steps = bake_scene(bpy.context.scene, bpy.context.view_layer, request, spent=spent)
-    report = _finished(steps, job, display, check_interrupt)
+    views = chosen_views(batch.views)
+    reports, refusals = {}, []
+    for scene, layer in views:
+        request = batch.request
+        if len(views) > 1:
+            request = replace(request, targets=targets_in(scene, request.targets))
+        title = job.scene.stem if len(views) == 1 else f"{job.scene.stem}, {scene.name}"
+        steps = bake_scene(scene, layer, request, spent=spent, scenes_too=[scene for scene, _ in views])
+        try:
+            if batch.apply_modifiers:
+                with blender_silenced():
+                    opening += apply_modifiers(scene, layer, chosen_objects(scene, layer, request.targets))
+            reports[scene, layer] = _finished(steps, title, display, check_interrupt)
+        except DetpError as error:
+            refusals.append((scene.name, error))
+        spent = 0.0
+    if not reports:
+        raise refusals[0][1]
     with blender_silenced():
         save_blend(job.output, compressed)
-    report = replace(report, scene=str(job.scene), output=str(job.output), warnings=(*opening, *report.warnings))
+    notes = [f"The scene '{name}' was not baked: {error}" for name, error in refusals]
+    notes = (*opening, *notes, *shared_objects([scene for scene, _ in reports]))
     display.end()
-    for line in (f"{job.scene}: {report.headline()}", *report.details(), f"Saved {job.output}"):
-        display.line(line)
-    return report.as_json()
+    for report in reports.values():
+        warnings, notes = (*notes, *report.warnings), ()
+        report = replace(report, scene=str(job.scene), output=str(job.output), warnings=warnings)
+        where = f"{job.scene}: " if len(views) == 1 else f"{job.scene}, scene '{report.blender_scene}': "
+        for line in (where + report.headline(), *report.details()):
+            display.line(line)
+        entries.append(report.as_json())
+    display.line(f"Saved {job.output}")
+    return list(reports)
 
 
-def _finished(steps: Generator, job: SceneJob, display: ProgressDisplay, check_interrupt) -> BakeReport:
+def _finished(steps: Generator, title: str, display: ProgressDisplay, check_interrupt) -> BakeReport:
     """Take all the steps of a bake and return what it returns."""
     with closing(steps):
         while True:
@@ -121,16 +150,28 @@ def _finished(steps: Generator, job: SceneJob, display: ProgressDisplay, check_i
                 check_interrupt()
                 return stop.value
             check_interrupt()
-            display.show(job.scene.stem, progress)
+            display.show(title, progress)
 
 
-def _draw(job: SceneJob, request: BakeRequest, display: ProgressDisplay) -> None:
-    """Draw the preview of the scene just baked, and say how bright."""
+def _draw(job: SceneJob, request: BakeRequest, views: list[View], display: ProgressDisplay) -> None:
+    """Draw the preview of each view just baked, and say how bright."""
+    for scene, layer in views:
+        path = job.preview if len(views) == 1 else _with_name(job.preview, scene.name)
+        with blender_silenced():
+            exposure = _drawn(path, scene, layer, request.attribute)
+        display.line(f"Drew {path}, exposed by {round(exposure, 1) + 0.0:+.1f} stops")
+
+
+def _drawn(path: Path, scene: bpy.types.Scene, layer: bpy.types.ViewLayer, attribute: str) -> float:
     exposures = []
-    with blender_silenced():
-        scene, layer = bpy.context.scene, bpy.context.view_layer
-        replace_file(job.preview, lambda made: exposures.append(render_preview(scene, layer, request.attribute, made)))
-    display.line(f"Drew {job.preview}, exposed by {round(exposures[0], 1) + 0.0:+.1f} stops")
+    replace_file(path, lambda made: exposures.append(render_preview(scene, layer, attribute, made)))
+    return exposures[0]
+
+
+def _with_name(path: Path, name: str) -> Path:
+    """The path with a scene's name added, in which a slash or the like would be a folder."""
+    plain = "".join(letter if letter.isalnum() or letter in " -_." else "_" for letter in name)
+    return path.with_name(f"{path.stem}_{plain}{path.suffix}")
 
 
 @contextmanager

@@ -33,6 +33,13 @@ def chosen_objects(
     return [found[name] for name in dict.fromkeys(targets)]
 
 
+def targets_in(scene: bpy.types.Scene, targets: str | tuple[str, ...]) -> str | tuple[str, ...]:
+    """The ``targets`` for one of several scenes, in which not all that are named need be."""
+    if isinstance(targets, str):
+        return targets
+    return tuple(name for name in targets if name in scene.objects) or targets
+
+
 def _not_found(name: str, found: dict, scene: bpy.types.Scene) -> str:
     close = difflib.get_close_matches(name, [name for name, obj in found.items() if obj.type == "MESH"])
     lower = [other for other in found if other.lower() == name.lower() and other not in close]

@@ -96,6 +96,13 @@ def _add_bake(commands) -> None:
     bake.add_argument(
         "--objects", nargs="+", action="extend", metavar="NAME", help="mesh objects to bake (default: all visible)"
     )
+    bake.add_argument("--scene", metavar="NAME", help="scene of the file (default: the active one)")
+    bake.add_argument("--all-scenes", action="store_true", help="bake every scene of the file that has meshes")
+    bake.add_argument("--view-layer", metavar="NAME", help="view layer of the scene (default: the active one)")
+    bake.add_argument(
+        "--apply-modifiers", action="store_true",
+        help="apply what changes the faces (Array, Mirror, ...) in the output, so that every copy has its own light",
+    )  # fmt: skip
     bake.add_argument(
         "--attribute", default="irradiance", metavar="NAME", help="colour attribute (default: irradiance)"
     )
@@ -111,6 +118,10 @@ def _add_bake(commands) -> None:
     bake.add_argument(
         "--split", action="store_true",
         help="write direct and indirect light also apart, as <attribute>_direct and <attribute>_indirect",
+    )  # fmt: skip
+    bake.add_argument(
+        "--activate", choices=("on", "off"), default="on",
+        help="make the colours those that viewport and renders show; off: these stay as they are (default: on)",
     )  # fmt: skip
     bake.add_argument(
         "--ao-distance", type=float, metavar="METRES",
@@ -198,6 +209,7 @@ def _bake(arguments: argparse.Namespace) -> int:
     # Everything that can be wrong without Blender has been checked, and Blender takes a second to load.
     with blender_silenced():
         from .batch import Batch, SceneJob, bake_batch
+        from .chosen_views import ViewChoice
         from .job import BakeRequest
 
     request = BakeRequest(
@@ -207,6 +219,10 @@ def _bake(arguments: argparse.Namespace) -> int:
         domain=arguments.domain.upper(),
         quantity=arguments.quantity,
         split=arguments.split,
+        activate=arguments.activate == "on",
     )
     jobs = tuple(SceneJob(*paths) for paths in zip(scenes, outputs, previews, strict=True))
-    return FAILED if bake_batch(Batch(jobs, request, report, arguments.quiet)) else DONE
+    views = ViewChoice(arguments.scene, arguments.view_layer, arguments.all_scenes)
+    return (
+        FAILED if bake_batch(Batch(jobs, request, report, arguments.quiet, views, arguments.apply_modifiers)) else DONE
+    )

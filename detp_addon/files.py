@@ -143,16 +143,18 @@ def replace_file(path: Path, write: Callable[[Path], None]) -> None:
 def open_blend(path: Path) -> list[str]:
     """Open a scene file, its window layout too (so that saving keeps it), without its scripts; return warnings.
 
-    Raises UnreadableFileError.
+    Nothing in it is in Edit Mode any more. Raises UnreadableFileError.
     """
     import bpy
+
+    from .edit_mode import opened_from_edit_mode
 
     check_readable(path)
     try:
         bpy.ops.wm.open_mainfile(filepath=str(path.absolute()), load_ui=True, use_scripts=False)
     except RuntimeError as error:
         raise UnreadableFileError(f"Blender {bpy.app.version_string} cannot open '{path}': {_reason(error)}.") from None
-    warnings = []
+    warnings = opened_from_edit_mode()
     if bpy.data.version[:2] > bpy.app.version[:2]:
         newer = ".".join(str(part) for part in bpy.data.version[:2])
         warnings.append(

@@ -6,7 +6,7 @@ The command line and the panel's operator drive the same generator. Only the pan
 from __future__ import annotations
 
 import time
-from collections.abc import Generator, Iterator
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 
@@ -19,6 +19,7 @@ from ..core.errors import DetpError, InvalidSettingError, UnwritableFileError
 from ..core.estimator.enclosure import unlit
 from ..core.settings import BakeSettings
 from .chosen_objects import chosen_objects
+from .chosen_views import not_baked
 from .element_values import QUANTITIES, quantity_values, spread
 from .live_colours import LiveColours
 from .reading.read_scene import BakeTarget, ExportedScene, read_scene
@@ -97,20 +98,24 @@ def bake_scene(
     request: BakeRequest,
     live: LiveColours | None = None,
     spent: float = 0.0,
+    scenes_too: Sequence[bpy.types.Scene] = (),
 ) -> Generator[JobProgress, bool | None, BakeReport]:
     """Bake ``scene`` as ``request`` says; yields a JobProgress often and returns the BakeReport.
 
     Sending True ends the bake at once with what it has found, as soon as that is something. ``live`` shows the
     colours meanwhile, and takes them back before the last step. ``spent`` seconds count against the time of the bake.
+    ``scenes_too`` are those that are baked with it; of others the report has a word.
 
     Nothing else of the user's is touched before the last step, so closing the generator leaves everything as it was;
     if that step fails, what it wrote is taken back. An object that cannot be written becomes a warning; when none can,
     its error is raised. Raises DetpError.
     """
     start = time.perf_counter() - spent
-    scene_name = scene.name
+    names = scene.name, view_layer.name
+    others = not_baked(scene, view_layer, scenes_too)
     yield JobProgress("Reading the scene", 0.0)
-    export = read_scene(scene, view_layer, chosen_objects(scene, view_layer, request.targets), request.domain)
+    chosen = chosen_objects(scene, view_layer, request.targets)
+    export = read_scene(scene, view_layer, chosen, request.domain, request.attributes)
     targets, refusals = _writable(export.targets, request)
     targets, rows = _points_of(targets, len(export.centres))
     exported = time.perf_counter()
@@ -136,7 +141,7 @@ def bake_scene(
     notes = write_colours(colours, request.domain, request.attribute if request.activate else None)
     end = time.perf_counter()
     return BakeReport(
-        scene=scene_name,
+        scene=names[0],
         objects=len(colours),
         points=len(rows),
         filled=sum(int((target.point_rows < 0).sum()) for target in targets),
@@ -159,7 +164,9 @@ def bake_scene(
         relative_error=result.relative_error,
         modelled=tuple(export.modelled),
         left_out=tuple(export.left_out),
-        warnings=(*export.warnings, *refusals, *gone, *notes, *_doubts(result, request.settings, stopped)),
+        blender_scene=names[0],
+        view_layer=names[1],
+        warnings=(*others, *export.warnings, *refusals, *gone, *notes, *_doubts(result, request.settings, stopped)),
     )
 
 

@@ -7,6 +7,7 @@ from contextlib import ExitStack, suppress
 
 import bpy
 
+from .edit_mode import leave_edit_mode
 from .write_attributes import MeshColours, write_layers
 
 #: Showing takes at most this share of the time.
@@ -59,11 +60,7 @@ class LiveColours:
     def take_back(self) -> None:
         """Put back all that was there before the first picture, on what still exists."""
         with suppress(ReferenceError):
-            for obj in self._objects:
-                if obj.mode == "EDIT":
-                    # Layers of a mesh that is open in Edit Mode cannot be reached.
-                    with bpy.context.temp_override(object=obj, active_object=obj):
-                        bpy.ops.object.mode_set(mode="OBJECT")
+            leave_edit_mode(self._objects)
         with suppress(ReferenceError, KeyError):
             self._undo.close()
         self._objects = set()

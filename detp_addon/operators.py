@@ -11,6 +11,7 @@ from .job import bake_scene
 from .live_colours import LiveColours
 from .properties import BakeOptions, bake_request, option_names, scene_options
 from .show_light import show_while
+from .units import metres_per_unit
 
 #: seconds of work at a time; where Blender is slow to draw, as long as it was away, so that half the time is work
 SHORTEST_SLICE, LONGEST_SLICE = 0.07, 0.5
@@ -104,7 +105,7 @@ class DETP_OT_bake(BakeOptions, bpy.types.Operator):
         for name, value in options.items():
             setattr(self, name, value)  # so that a repetition bakes the same
         try:
-            request = bake_request(options)
+            request = bake_request(options, metres_per_unit(context.scene))
         except DetpError as error:
             self.report({"ERROR"}, str(error))
             return None

@@ -215,7 +215,7 @@ def _line_length(context) -> int:
 
 def _length(metres: float, units: bpy.types.UnitSettings) -> str:
     """As Blender's own fields show it."""
-    return bpy.utils.units.to_string(units.system, "LENGTH", metres * units.scale_length, precision=3)
+    return bpy.utils.units.to_string(units.system, "LENGTH", metres, precision=3)
 
 
 def _number(number: int) -> str:

@@ -212,7 +212,8 @@ class BakeOptions:
     )
     activate: BoolProperty(
         name="Make Active",
-        description="Make the attribute the one that the viewport and renders show",
+        description="Make the attribute the one that the viewport and renders show. Off leaves their choice as it is. "
+        "Later bakes read the paint below either way",
         default=True,
         options={"SKIP_SAVE"},
     )
@@ -265,22 +266,25 @@ def scene_options(settings: DETP_PG_settings) -> dict:
     return options
 
 
-def bake_request(options: dict) -> BakeRequest:
-    """The BakeRequest that the operator's arguments mean. Raises InvalidSettingError."""
+def bake_request(options: dict, metres: float = 1.0) -> BakeRequest:
+    """The BakeRequest that the operator's arguments mean, in a scene of so many ``metres`` per unit.
+
+    Blender shows its units as metres, and keeps them as they are. Raises InvalidSettingError.
+    """
     goal = options["quality"].lower()
     settings = BakeSettings(
         quality=goal if goal in QUALITIES else "preview",
         error=options["error"] / 100.0 if goal == "error" else None,
         seconds=options["seconds"] if goal == "time" else None,
         photons=options["photons"] or None,
-        radius=options["radius"] or None,
+        radius=options["radius"] * metres or None,
         bounces=options["bounces"],
         seed=options["seed"],
         gatherer=_core_name(options["gatherer"]),
         estimator=_core_name(options["estimator"]),
         direct=None if options["direct"] == "AUTO" else _core_name(options["direct"]),
         indirect=None if options["indirect"] == "AUTO" else _core_name(options["indirect"]),
-        shadow_distance=options["occlusion_distance"] or None,
+        shadow_distance=options["occlusion_distance"] * metres or None,
     )
     return BakeRequest(
         settings=settings,

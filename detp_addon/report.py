@@ -18,13 +18,14 @@ class BakeReport:
     objects         written; ``points`` estimated for them, from ``triangles`` and ``lights``
     filled          elements that no estimation point could serve, filled from their neighbours
     photons, segments   traced, and ``shadow_rays`` cast
-    radius          of the tangent discs, metres
+    radius          of the tangent discs, metres as the scene's units have them
     gatherer        that found the crossings, and ``gatherer_reason`` for its choice
     seconds         of each of STAGES, and their total
     relative_error  estimated: the share by which half of the lit points are off at most; NaN when all are dark
     modelled        features of the scene that were found and needed; ``left_out`` those that were not honoured
     warnings        one sentence each
     output          the file written, or None inside Blender
+    blender_scene, view_layer   the names of what was baked
     """
 
     scene: str
@@ -45,6 +46,8 @@ class BakeReport:
     left_out: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     output: str | None = field(default=None)
+    blender_scene: str = ""
+    view_layer: str = ""
 
     def as_json(self) -> dict:
         """The report as values that JSON knows; a relative error that does not exist becomes null."""

@@ -12,6 +12,7 @@ from ..core.bake import bake
 from ..core.errors import NoMeshError
 from ..core.estimator.enclosure import unlit
 from ..core.settings import BakeSettings
+from .baked_layers import colour_layers
 from .cycles_bake import set_up_cycles
 from .face_copies import Faces, centred, give_light_attribute, render_faces
 from .reading.read_scene import BakeTarget, read_scene
@@ -73,6 +74,9 @@ def compared_scene(corners: int) -> Generator[str, None, ComparedScene]:
     if not names:
         why = "; ".join(f"'{name}' {reason}" for name, reason in list(reasons.items())[:3])
         raise NoMeshError(f"There is no mesh that Cycles too can bake into vertex colours: {why}.")
+    for mesh in bpy.data.meshes:
+        if mesh.library is None:  # Cycles would take the light of an earlier bake for paint
+            mesh.attributes.default_color_name = colour_layers(mesh).paint
     for name in names:
         obj = bpy.data.objects[name]
         if obj.data.users > 1:

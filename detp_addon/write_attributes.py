@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 
 from ..core.errors import AttributeNameTakenError, DetpError, EditModeError, InvalidSettingError, UnwritableFileError
+from .baked_layers import colour_layers, leave_mark, put_mark
 from .element_values import Faces
 
 #: the brightest colour that an attribute holds
@@ -113,10 +114,13 @@ def write_colours(colours: list[MeshColours], domain: str, shown: str | None = N
 
 def write_layers(entry: MeshColours, domain: str, shown: str | None, undo: ExitStack) -> None:
     """Write the colours of one entry to its object's own mesh; closing ``undo`` takes back what has been written."""
+    mesh = entry.object.data
+    paint = colour_layers(mesh, tuple(entry.layers)).paint
     for name, rgb in entry.layers.items():
         _write(entry.object, name, rgb, domain, undo)
+    undo.callback(put_mark, mesh, leave_mark(mesh, paint, tuple(entry.layers)))
     if shown is not None:
-        _show(entry.object.data, shown, shown)
+        _show(mesh, shown, shown)
 
 
 def _some(names: list[str]) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..baked_layers import ColourLayers
 from .findings import Findings
 
 #: attribute type -> (property to read, numbers in it, their type)
@@ -19,11 +20,14 @@ _LAYOUTS = {
 }
 
 
-def corner_values(mesh, key: tuple[str, str], corner_vertices: np.ndarray, findings: Findings) -> np.ndarray:
+def corner_values(
+    mesh, key: tuple[str, str], corner_vertices: np.ndarray, layers: ColourLayers, findings: Findings
+) -> np.ndarray:
     """The values (corners, 3 or 4) of ``key``, a pair of kind and name.
 
     ("uv", name) and ("attribute", name) take the layer that renders when the name is ""; ("position", "Object" or
-    "Generated") are coordinates. What the mesh does not have is zero, as in Cycles.
+    "Generated") are coordinates. What the mesh does not have is zero, as in Cycles. Baked ``layers`` are looked
+    through: to what rendered before the bake, or, by their names, to nothing.
     """
     kind, name = key
     if kind == "position":
@@ -31,13 +35,31 @@ def corner_values(mesh, key: tuple[str, str], corner_vertices: np.ndarray, findi
     if kind == "uv" and not name:
         name = next((layer.name for layer in mesh.uv_layers if layer.active_render), "")
     if kind == "attribute" and not name:
-        name = mesh.attributes.default_color_name
+        name = _painted(mesh, layers, findings)
+    elif kind == "attribute" and name in layers.baked:
+        findings.warn("light of earlier bakes counts as black where shaders ask for it: {}", "name", name)
+        return np.zeros((len(corner_vertices), 4), np.float32)
     values = attribute_at_corners(mesh, name, corner_vertices)
     if values is None:
         if kind == "attribute":
             findings.warn("attributes that shaders ask for and meshes do not have count as black: {}", "name", name)
         values = np.zeros((len(corner_vertices), 1), np.float32)
     return _padded(values, 3) if kind == "uv" else _as_rgba(values)
+
+
+def _painted(mesh, layers: ColourLayers, findings: Findings) -> str:
+    """The colour attribute that renders, or rendered before the first bake."""
+    default = mesh.attributes.default_color_name
+    if default in layers.baked:
+        colours = (layer.name for layer in mesh.attributes if layer.data_type in ("FLOAT_COLOR", "BYTE_COLOR"))
+        others = [name for name in colours if name not in layers.baked]
+        paint = layers.paint if layers.paint in others else next(iter(others), "")
+        findings.modelled("the colours of {} in place of baked light", "layer", paint or "none")
+        return paint
+    if layers.unsure:
+        findings.warn("colours that render are taken for paint; if they are light of an old bake, let other ones "
+                      "render: {}", "layer", default)  # fmt: skip
+    return default
 
 
 def attribute_at_corners(mesh, name: str, corner_vertices: np.ndarray) -> np.ndarray | None:

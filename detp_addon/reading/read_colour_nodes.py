@@ -92,7 +92,7 @@ def _mix(values: Values, node, output, groups):
     blend = BLENDS.get(node.blend_type if kind == "Color" else "MIX")
     if blend is None:
         return None
-    result = blend(values.input(node, f"A_{kind}", groups), values.input(node, f"B_{kind}", groups), factor)
+    result = _blended(values, node, groups, blend, (f"A_{kind}", f"B_{kind}"), factor)
     return np.clip(result, 0, 1) if kind == "Color" and node.clamp_result else result
 
 
@@ -100,9 +100,16 @@ def _mix_rgb(values: Values, node, output, groups):
     blend = BLENDS.get(node.blend_type)
     if blend is None:
         return None
-    factor, first, second = (values.input(node, name, groups) for name in ("Fac", "Color1", "Color2"))
-    result = blend(first, second, np.clip(factor, 0, 1))
+    factor = np.clip(values.input(node, "Fac", groups), 0, 1)
+    result = _blended(values, node, groups, blend, ("Color1", "Color2"), factor)
     return np.clip(result, 0, 1) if node.use_clamp else result
+
+
+def _blended(values: Values, node, groups, blend, names: tuple[str, str], factor: np.ndarray) -> np.ndarray:
+    first, second = (lambda name=name: values.input(node, name, groups) for name in names)
+    if blend is not BLENDS["MIX"]:
+        return blend(first(), second(), factor)
+    return values.mixed(factor, first, second, lambda a, b: blend(a, b, factor))
 
 
 def _ramp(values: Values, node, output, groups):

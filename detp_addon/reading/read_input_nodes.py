@@ -11,15 +11,6 @@ from .read_values import UNKNOWN, Values, constant
 #: procedural patterns, which count as their mean
 PATTERNS = ("Noise", "Voronoi", "Musgrave", "Wave", "Magic", "Gradient", "WhiteNoise", "Gabor", "Brick", "Checker")
 
-#: what the rays see by which diffuse light travels
-DIFFUSE_RAY = {
-    "Is Diffuse Ray": 1.0,
-    "Is Reflection Ray": 1.0,
-    "Ray Length": 1.0,
-    "Ray Depth": 1.0,
-    "Diffuse Depth": 1.0,
-}
-
 
 def _set_value(values: Values, node, output, groups):
     return constant(node.outputs[0])
@@ -95,7 +86,8 @@ def _pattern(values: Values, node, output, groups):
 
 
 def _light_path(values: Values, node, output, groups):
-    return np.array([[DIFFUSE_RAY.get(output.identifier, 0.0)]])
+    seen = values.places.rays.get(output.identifier, 0.0)
+    return None if seen is None else np.array([[seen]])
 
 
 def _fresnel(values: Values, node, output, groups):

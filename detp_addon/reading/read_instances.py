@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import bpy
 import numpy as np
 
 from ...core.lights.light import Light
+from ..baked_layers import NO_LAYERS, baked_names, colour_layers
+from ..modifiers import repeats
+from ..units import metres_per_unit
 from .estimation_points import CornerPoints, place_points
 from .findings import Findings
 from .read_lights import read_light
 from .read_materials import Materials
-from .read_meshes import MeshSurface, read_mesh, respond
+from .read_meshes import MeshSurface, read_mesh, rendered_mesh, respond
 from .read_world import world_colour
+from .render_settings import note_object, note_scene
 from .response import Response
 
 #: kinds of objects that a render shows and that give no mesh
@@ -28,7 +33,7 @@ _NO_MESH = {
 
 @dataclass(frozen=True)
 class Placement:
-    """A mesh as it stands in the world: the row of its surface and the matrix (4, 4) that takes it there."""
+    """A mesh as it stands in the world: the row of its surface and the matrix (4, 4) that takes it there, in metres."""
 
     surface: int
     matrix: np.ndarray
@@ -52,7 +57,7 @@ class RenderedObjects:
 
     surfaces    each evaluated mesh once; responses: what its triangles do to light
     placements  where they stand
-    targets     the objects to bake
+    targets     the objects to bake; editing: the names of those that would be, were they not open in Edit Mode
     lights      lamps
     radiance    (3,) of a world of one colour, None when ``world`` must be looked at
     """
@@ -61,20 +66,26 @@ class RenderedObjects:
     responses: list[Response] = field(default_factory=list)
     placements: list[Placement] = field(default_factory=list)
     targets: list[TargetPoints] = field(default_factory=list)
+    editing: list[str] = field(default_factory=list)
     lights: list[Light] = field(default_factory=list)
     radiance: np.ndarray | None = None
     world: bpy.types.World | None = None
 
 
-def read_instances(depsgraph, wanted: set | None, findings: Findings) -> RenderedObjects:
-    """Read all objects of an evaluated scene; ``wanted`` are the original objects to bake, None for all meshes."""
+def read_instances(depsgraph, wanted: set | None, findings: Findings, written: Sequence[str] = ()) -> RenderedObjects:
+    """Read all objects of an evaluated scene; ``wanted`` are the original objects to bake, None for all meshes.
+
+    The attributes ``written`` are about to be overwritten.
+    """
     layer = depsgraph.view_layer_eval
     world = getattr(layer, "world_override", None) or depsgraph.scene_eval.world
     read = RenderedObjects(
         radiance=world_colour(world, layer, findings), world=world.original if world is not None else None
     )
     materials = Materials(findings)
+    lit, metres = baked_names(), metres_per_unit(depsgraph.scene)
     rows: dict[tuple, int] = {}
+    placed: dict[bpy.types.Object, int | None] = {}
     for instance in depsgraph.object_instances:
         obj = instance.object
         if obj.type in _NO_MESH:
@@ -83,17 +94,27 @@ def read_instances(depsgraph, wanted: set | None, findings: Findings) -> Rendere
             continue
         if not _seen(instance, findings):
             continue
+        placed[obj.original] = None
         matrix = np.array(instance.matrix_world, np.float64)
+        matrix[:3] *= metres
         if obj.type == "LIGHT":
-            _add_light(read.lights, obj, matrix, findings)
+            _add_light(read.lights, obj, matrix, metres, findings)
             continue
         slots = [layer.material_override] * bool(layer.material_override) or _slots(obj)
         key = (obj.data.as_pointer(), *(slot.as_pointer() if slot else 0 for slot in slots))
         if key not in rows:
             rows[key] = len(read.surfaces)
-            read.surfaces.append(read_mesh(obj.data, slots, materials, findings, obj.name))
+            layers = colour_layers(obj.original.data, written, lit) if obj.original.type == "MESH" else NO_LAYERS
+            with rendered_mesh(obj) as mesh:
+                read.surfaces.append(read_mesh(mesh, slots, materials, layers, findings, obj.name))
+        placed[obj.original] = rows[key]
         _add_mesh(read, instance, rows[key], matrix, wanted, findings)
     read.responses.extend(respond(read.surfaces, materials))
+    shines = [bool(response.emission.any()) for response in read.responses]
+    mirrors = any(array.any() for response in read.responses for array in (response.mirror, response.clear))
+    for obj, row in placed.items():
+        note_object(obj, row is not None and shines[row], mirrors, findings)
+    note_scene(depsgraph.scene, layer, world, mirrors, findings)
     return read
 
 
@@ -102,7 +123,9 @@ def _seen(instance, findings: Findings) -> bool:
     obj = instance.object
     owners = [obj, instance.parent] if instance.is_instance and instance.parent is not None else [obj]
     if not all(owner.visible_diffuse for owner in owners):
-        findings.left_out("{}, hidden from diffuse light", "object", obj.name)
+        shades = obj.type == "MESH" and all(owner.visible_shadow for owner in owners)
+        shadow = ", with the shadow that Cycles gives it" if shades else ""
+        findings.left_out(f"{{}}, hidden from diffuse light{shadow}", "object", obj.name)
         return False
     if obj.type == "MESH" and not all(owner.visible_shadow for owner in owners):
         findings.left_out("light that passes through {} that cast no shadow in Cycles", "object", obj.name)
@@ -119,8 +142,8 @@ def _slots(obj) -> list:
     ]
 
 
-def _add_light(lights: list[Light], obj, matrix: np.ndarray, findings: Findings) -> None:
-    light = read_light(obj, matrix, findings)
+def _add_light(lights: list[Light], obj, matrix: np.ndarray, metres: float, findings: Findings) -> None:
+    light = read_light(obj, matrix, metres, findings)
     if light is not None:
         # The running number keeps instances of one lamp apart.
         findings.modelled("{}", f"{obj.data.type.lower()} light", str(len(lights)))
@@ -149,12 +172,16 @@ def _add_mesh(read: RenderedObjects, instance, row: int, matrix: np.ndarray, wan
         return
     if original.type != "MESH" or original.data.is_editmode:
         if original.type == "MESH":
+            read.editing.append(original.name)
             findings.warn("{} open in Edit Mode cannot be baked", "object", obj.name)
         return
     points = place_points(original, obj.data, surface, matrix)
     if len(points.centres) == 0:
         findings.warn("there is no light to bake on {}, of which a render shows no face", "object", obj.name)
         return
+    for sentence in repeats(original) if points.nearest else ():
+        remedy = "apply modifiers (on the command line --apply-modifiers) for light of its own"
+        findings.warn(f"{sentence}, on {{}}: {remedy}", "object", obj.name)
     if points.nearest:
         findings.warn("light is taken from the nearest point of the surface after modifiers for {}", "object", obj.name)
     library = original.library.filepath if original.library else None

@@ -15,15 +15,17 @@ from ...core.lights.sun import SunLight
 from .findings import Findings
 from .read_materials import even_emission
 from .read_node_graph import node_tree
+from .surface_places import LAMP_RAYS
 
 _SHAPES = {"SQUARE": "rectangle", "RECTANGLE": "rectangle", "DISK": "ellipse", "ELLIPSE": "ellipse"}
 
 
-def read_light(obj, matrix: np.ndarray, findings: Findings) -> Light | None:
+def read_light(obj, matrix: np.ndarray, metres: float, findings: Findings) -> Light | None:
     """The light of an evaluated lamp object that ``matrix`` (4, 4) places in the world, None when it gives none.
 
-    Its flux is energy 2^exposure colour, times the temperature's colour and the node tree's emission where those are
-    used (shared with Cycles and checked against it).
+    ``matrix`` is in metres, of which one of Blender's units has ``metres``; light falls off with Blender's units.
+    Its flux is energy 2^exposure colour, times the temperature's colour and the node tree's emission where those
+    are used (shared with Cycles and checked against it).
     """
     lamp = obj.data
     if not np.isfinite(matrix).all():
@@ -39,7 +41,7 @@ def read_light(obj, matrix: np.ndarray, findings: Findings) -> Light | None:
     if not strength.any():
         return None
     try:
-        light = _READERS[lamp.type](obj, matrix, strength, findings)
+        light = _READERS[lamp.type](obj, matrix, metres, strength, findings)
     except (InvalidArrayError, InvalidSettingError):
         findings.warn("lights whose size or angle is not a possible number are left out: {}", "light", obj.name)
         return None
@@ -60,7 +62,7 @@ def _strength(obj, findings: Findings) -> np.ndarray:
 
 
 def _node_emission(tree, name: str, findings: Findings) -> np.ndarray:
-    emission = even_emission(tree)
+    emission = even_emission(tree, LAMP_RAYS)
     if emission is None:
         findings.warn("nodes that vary the light (patterns, IES profiles) are not read, of {}", "light", name)
         return np.ones(3)
@@ -76,33 +78,34 @@ def _note(obj, findings: Findings) -> None:
         findings.left_out("light linking of {}, which light everything here", "light", obj.name)
 
 
-def _point_power(lamp, strength: np.ndarray) -> np.ndarray:
+def _point_power(lamp, metres: float, strength: np.ndarray) -> np.ndarray:
     """Radiant flux (3,) of a point or spot all around; without ``normalize`` the strength is pi times the radiance."""
+    strength = strength * metres**2
     if getattr(lamp, "normalize", True):
         return strength
     radius = lamp.shadow_soft_size
     return strength * (4.0 * math.pi * radius**2 if radius > 0 else 4.0)
 
 
-def _point(obj, matrix: np.ndarray, strength: np.ndarray, findings: Findings) -> PointLight:
+def _point(obj, matrix: np.ndarray, metres: float, strength: np.ndarray, findings: Findings) -> PointLight:
     lamp = obj.data
     soft = getattr(lamp, "use_soft_falloff", False)
-    return PointLight(matrix[:3, 3], _point_power(lamp, strength), lamp.shadow_soft_size, soft)
+    return PointLight(matrix[:3, 3], _point_power(lamp, metres, strength), lamp.shadow_soft_size * metres, soft)
 
 
-def _spot(obj, matrix: np.ndarray, strength: np.ndarray, findings: Findings) -> SpotLight | None:
+def _spot(obj, matrix: np.ndarray, metres: float, strength: np.ndarray, findings: Findings) -> SpotLight | None:
     lamp = obj.data
     if lamp.use_square:
         findings.left_out("square shape of {}, which shine as round ones", "spot light", obj.name)
     if np.linalg.matrix_rank(matrix[:3, :3]) < 3:
         findings.warn("lights scaled to nothing are left out: {}", "light", obj.name)
         return None
-    power = _point_power(lamp, strength)
+    power, radius = _point_power(lamp, metres, strength), lamp.shadow_soft_size * metres
     size, soft = min(lamp.spot_size, math.pi), getattr(lamp, "use_soft_falloff", False)
-    return SpotLight(matrix[:3, 3], matrix[:3, :3], power, size, lamp.spot_blend, lamp.shadow_soft_size, soft)
+    return SpotLight(matrix[:3, 3], matrix[:3, :3], power, size, lamp.spot_blend, radius, soft)
 
 
-def _sun(obj, matrix: np.ndarray, strength: np.ndarray, findings: Findings) -> SunLight | None:
+def _sun(obj, matrix: np.ndarray, metres: float, strength: np.ndarray, findings: Findings) -> SunLight | None:
     if not matrix[:3, 2].any():
         findings.warn("lights scaled to nothing are left out: {}", "light", obj.name)
         return None
@@ -112,7 +115,7 @@ def _sun(obj, matrix: np.ndarray, strength: np.ndarray, findings: Findings) -> S
     return SunLight(-matrix[:3, 2], strength, angle)
 
 
-def _area(obj, matrix: np.ndarray, strength: np.ndarray, findings: Findings) -> AreaLight | None:
+def _area(obj, matrix: np.ndarray, metres: float, strength: np.ndarray, findings: Findings) -> AreaLight | None:
     lamp = obj.data
     tall = lamp.size_y if lamp.shape in ("RECTANGLE", "ELLIPSE") else lamp.size
     edge_u, edge_v = matrix[:3, 0] * lamp.size, matrix[:3, 1] * tall
@@ -121,10 +124,11 @@ def _area(obj, matrix: np.ndarray, strength: np.ndarray, findings: Findings) -> 
         return None
     # A mirrored lamp still shines along its own -Z, which the order of the edges tells.
     edge_u = -edge_u if np.linalg.det(matrix[:3, :3]) < 0 else edge_u
-    light = AreaLight(matrix[:3, 3], edge_u, edge_v, strength, _SHAPES[lamp.shape], min(lamp.spread, math.pi))
+    shape, spread, power = _SHAPES[lamp.shape], min(lamp.spread, math.pi), strength * metres**2
+    light = AreaLight(matrix[:3, 3], edge_u, edge_v, power, shape, spread)
     if getattr(lamp, "normalize", True):
         return light
-    return AreaLight(light.centre, edge_u, edge_v, strength * light.area, light.shape, light.spread)
+    return AreaLight(light.centre, edge_u, edge_v, strength * light.area, shape, spread)
 
 
 _READERS = {"POINT": _point, "SPOT": _spot, "SUN": _sun, "AREA": _area}

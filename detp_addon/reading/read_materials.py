@@ -37,6 +37,7 @@ class Recipe:
     feed      of the output's surface otherwise, None when nothing is linked there
     needs     the mesh data its nodes ask for; empty when it is the same everywhere
     specular  whether it may mirror or refract
+    opaque    whether what lets light through throws a full shadow in Cycles
     """
 
     name: str
@@ -44,6 +45,7 @@ class Recipe:
     feed: Feed | None = None
     needs: frozenset[tuple[str, str]] = frozenset()
     specular: bool = False
+    opaque: bool = False
 
 
 class Materials:
@@ -73,6 +75,13 @@ class Materials:
 
     def evaluate(self, recipe: Recipe, corners: dict[tuple[str, str], np.ndarray], count: int) -> Response:
         """The mean response (count rows) of each triangle, from the recipe's needs at its corners (count, 3, c)."""
+        response = self._evaluated(recipe, corners, count)
+        if recipe.opaque and response.transmittance.any():
+            self._findings.left_out("switched-off transparent shadows of {}, which let light through here", "material",
+                                    recipe.name)  # fmt: skip
+        return response
+
+    def _evaluated(self, recipe: Recipe, corners: dict[tuple[str, str], np.ndarray], count: int) -> Response:
         if recipe.fixed is not None:
             return _repeated(self._physical(recipe.fixed, recipe.name), count)
         if not recipe.needs:
@@ -143,7 +152,8 @@ def _recipe(material) -> Recipe:
     with np.errstate(all="ignore"):
         shaders = Shaders(Values(probe, RULES), lambda sentence: None)
         shaders.response(feed)
-    return Recipe(material.name, feed=feed, needs=frozenset(probe.attributes), specular=shaders.specular)
+    opaque = not getattr(material, "use_transparent_shadow", True)
+    return Recipe(material.name, None, feed, frozenset(probe.attributes), shaders.specular, opaque)
 
 
 def _repeated(response: Response, count: int) -> Response:
@@ -161,12 +171,15 @@ def _triangle_means(raw: Response, count: int) -> Response:
     return raw.each(mean)
 
 
-def even_emission(tree) -> np.ndarray | None:
-    """The emission (3,) of a lamp's or world's node tree, black without a feed, None when it varies with direction."""
+def even_emission(tree, rays: dict[str, float | None]) -> np.ndarray | None:
+    """The emission (3,) of a lamp's or world's node tree, black without a feed, None when it varies with direction.
+
+    ``rays`` is what a Light Path node tells there.
+    """
     feed = output_feed(tree)
     if feed is None:
         return np.zeros(3)
     try:
-        return Shaders(Values(Nowhere(), RULES), lambda sentence: None).response(feed).emission[0]
+        return Shaders(Values(Nowhere(rays), RULES), lambda sentence: None).response(feed).emission[0]
     except WhereaboutsUnknown:
         return None

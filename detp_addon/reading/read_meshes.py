@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
 
+from ..baked_layers import ColourLayers
 from .findings import Findings
 from .glass_bodies import settled
 from .read_attributes import corner_values
@@ -37,8 +40,25 @@ class MeshSurface:
     normals: np.ndarray | None
 
 
-def read_mesh(mesh, slots: list, materials: Materials, findings: Findings, name: str) -> MeshSurface:
-    """The ``mesh`` of the object ``name`` with the materials of its ``slots`` (None where empty)."""
+@contextmanager
+def rendered_mesh(obj) -> Iterator:
+    """The mesh of an evaluated object; in Edit Mode its data are empty, and a render makes a mesh as here."""
+    if not obj.data.is_editmode:
+        yield obj.data
+        return
+    try:
+        yield obj.to_mesh()
+    finally:
+        obj.to_mesh_clear()
+
+
+def read_mesh(
+    mesh, slots: list, materials: Materials, layers: ColourLayers, findings: Findings, name: str
+) -> MeshSurface:
+    """The ``mesh`` of the object ``name`` with the materials of its ``slots`` (None where empty).
+
+    ``layers`` are the colour layers of the mesh before its modifiers.
+    """
     vertices, corner_vertices = vertex_positions(mesh), corner_vertex_indices(mesh)
     finite = np.isfinite(vertices).all(axis=1)
     mesh.calc_loop_triangles()
@@ -57,7 +77,7 @@ def read_mesh(mesh, slots: list, materials: Materials, findings: Findings, name:
         whole & has_area(vertices[triangles]),
         recipes,
         rows,
-        {key: corner_values(mesh, key, corner_vertices, findings) for key in needs},
+        {key: corner_values(mesh, key, corner_vertices, layers, findings) for key in needs},
         stored_normals(mesh) if any(recipe.specular for recipe in recipes) else None,
     )
 

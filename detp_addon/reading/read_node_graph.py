@@ -42,7 +42,7 @@ def output_feed(tree, name: str = "Surface") -> Feed | None:
     if output is None or name not in output.inputs:
         return None
     feed = feed_of(output.inputs[name], ())
-    return feed if feed.node is not None else None
+    return feed if feed.node is not None or feed.socket.type != "SHADER" else None
 
 
 def find_input(node, identifier: str):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import bpy
 import numpy as np
@@ -16,6 +18,7 @@ from .findings import Findings
 from .read_instances import RenderedObjects, TargetPoints, read_instances
 from .read_shaders import DEFAULT_ALBEDO
 from .read_specular import joined_specular, specular_part
+from .render_settings import note_reflections
 from .render_view import view_as_render
 from .settled_corners import SettledPoints, settled_points
 from .triangle_geometry import determinant, has_area
@@ -74,26 +77,31 @@ def read_scene(
     view_layer: bpy.types.ViewLayer,
     targets: list[bpy.types.Object] | None,
     domain: str,
+    written: Sequence[str] = (),
 ) -> ExportedScene:
     """Read ``context_scene`` as a render of ``view_layer`` sees it now.
 
     ``targets`` are the objects to bake, None for every mesh object that the render shows; ``domain`` is CORNER or
-    POINT. Blender's data are afterwards as they were.
+    POINT. The colours of the attributes ``written`` and of earlier bakes are not looked at. Blender's data are
+    afterwards as they were.
 
     Raises NoMeshError when nothing can be baked, EditModeError when all that could is open in Edit Mode, SceneBusyError
     while Blender renders, and InvalidArrayError on numbers that are out of range.
     """
     findings = Findings()
     wanted = None if targets is None else _bakeable(targets, findings)
-    read = view_as_render(context_scene, view_layer, lambda depsgraph: read_instances(depsgraph, wanted, findings))
+    visit = partial(read_instances, wanted=wanted, findings=findings, written=written)
+    read = view_as_render(context_scene, view_layer, visit)
     scene = _scene(read, _world_light(read, context_scene, view_layer, findings))
     baked, points = _targets(read, scene, domain)
     if targets is not None:
         _name_missing(wanted, {target.object_name for target in baked}, findings)
+    if len(points.centres) == 0 and read.editing:
+        names = ", ".join(f"'{name}'" for name in read.editing[:3])
+        raise EditModeError(f"All meshes to bake are open in Edit Mode ({names}): leave Edit Mode and bake again.")
     if len(points.centres) == 0:
         raise NoMeshError("There is nothing to bake: choose mesh objects with faces that a render shows.")
-    if scene.albedo.any():
-        findings.modelled("diffuse bounces")
+    note_reflections(context_scene, scene.albedo, findings)
     modelled, left_out, warnings = findings.sentences()
     return ExportedScene(
         scene, baked, points.centres, points.normals, points.inward, points.covered, modelled, left_out, warnings,
@@ -108,16 +116,11 @@ def _shining(read: RenderedObjects) -> int:
 
 
 def _bakeable(targets: list[bpy.types.Object], findings: Findings) -> set[bpy.types.Object]:
-    """The targets that are meshes outside Edit Mode."""
-    meshes = [obj for obj in targets if obj.type == "MESH"]
-    editing = [obj for obj in meshes if obj.data.is_editmode]
+    """The targets that are meshes."""
     for obj in targets:
         if obj.type != "MESH":
             findings.warn("only mesh objects can be baked, not {}", "object", obj.name)
-    if meshes and len(editing) == len(meshes):
-        names = ", ".join(f"'{obj.name}'" for obj in editing[:3])
-        raise EditModeError(f"All meshes to bake are open in Edit Mode ({names}): leave Edit Mode and bake again.")
-    return set(meshes)
+    return {obj for obj in targets if obj.type == "MESH"}
 
 
 def _name_missing(wanted: set[bpy.types.Object], baked: set[str], findings: Findings) -> None:

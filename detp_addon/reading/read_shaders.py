@@ -29,11 +29,14 @@ class Shaders:
 
     def response(self, feed: Feed) -> Response:
         """What the shader that ``feed`` leads to does to light; black without one."""
-        if feed.node is None:
+        if feed.node is None and feed.socket.type == "SHADER":
             return Response.of()
         return self._known.of(feed.key, lambda: self._evaluated(feed))
 
     def _evaluated(self, feed: Feed) -> Response:
+        if feed.socket.type != "SHADER":
+            # A colour or a number in the place of a shader is given off.
+            return Response.of(emission=self.values.colour(feed))
         rule = SHADER_RULES.get(feed.node.bl_idname)
         if rule is None:
             self.values.places.unknown(described(feed.node))
@@ -146,8 +149,12 @@ def _emission(shaders: Shaders, node, groups) -> Response:
 
 def _mix(shaders: Shaders, node, groups) -> Response:
     factor = np.clip(shaders.values.input(node, "Fac", groups), 0, 1)
-    first, second = (shaders.input(node, name, groups) for name in ("Shader", "Shader_001"))
-    return first.scaled(1 - factor).plus(second.scaled(factor))
+    return shaders.values.mixed(
+        factor,
+        lambda: shaders.input(node, "Shader", groups),
+        lambda: shaders.input(node, "Shader_001", groups),
+        lambda first, second: first.scaled(1 - factor).plus(second.scaled(factor)),
+    )
 
 
 def _add(shaders: Shaders, node, groups) -> Response:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from collections.abc import Callable
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -16,8 +17,18 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 UNKNOWN = np.full((1, 3), np.nan)
 
 
+Mixed = TypeVar("Mixed")
+
+
 class Places(Protocol):
-    """Where nodes are evaluated: m places on a surface, or (m = 1) nowhere in particular."""
+    """Where nodes are evaluated: m places on a surface, or (m = 1) nowhere in particular.
+
+    rays  what a Light Path node tells there: output -> number (0 where it is not named), None when it varies
+    real  whether the values are those of the scene, and not stand-ins
+    """
+
+    rays: dict[str, float | None]
+    real: bool
 
     def uv(self, name: str) -> np.ndarray:
         """Texture coordinates (m, 3) of the UV map ``name``, "" for the one that renders."""
@@ -60,6 +71,19 @@ class Values:
         if value is None:
             return constant(socket)
         return converted(value, feed.socket.type, socket.type)
+
+    def colour(self, feed: Feed) -> np.ndarray:
+        """What ``feed`` gives as a colour, black when that is not known."""
+        value = self._value(feed)
+        return np.zeros((1, 3)) if value is None else converted(value, feed.socket.type, "RGBA")
+
+    def mixed(self, factor: np.ndarray, first: Callable[[], Mixed], second: Callable[[], Mixed], mix) -> Mixed:
+        """``mix(first(), second())``, or the one of them that a ``factor`` of 0 or 1 leaves: the other is not seen."""
+        if self.places.real and not factor.any():
+            return first()
+        if self.places.real and (factor == 1).all():
+            return second()
+        return mix(first(), second())
 
     def linked(self, node, identifier: str, groups: tuple) -> bool:
         """Whether another node gives the input's value."""

@@ -7,6 +7,7 @@ import numpy as np
 from .findings import Findings
 from .read_materials import even_emission
 from .read_node_graph import node_tree, output_feed
+from .surface_places import WORLD_RAYS
 
 
 def world_colour(world, view_layer, findings: Findings) -> np.ndarray | None:
@@ -23,7 +24,7 @@ def world_colour(world, view_layer, findings: Findings) -> np.ndarray | None:
     tree = node_tree(world)
     if tree is not None and output_feed(tree, "Volume"):
         findings.left_out("the world's volume")
-    radiance = np.array(world.color, np.float64) if tree is None else even_emission(tree)
+    radiance = np.array(world.color, np.float64) if tree is None else even_emission(tree, WORLD_RAYS)
     if radiance is not None and not np.isfinite(radiance).all():
         findings.warn("the world gives no light, because its colour or strength is not a number")
         return np.zeros(3)

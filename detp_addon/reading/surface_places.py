@@ -7,36 +7,43 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .read_images import Images
+from .texture_pyramid import triangle_centres
 
-
-def _patch_centres(rows: int) -> np.ndarray:
-    """Barycentric centres (rows^2, 3) of the equal triangles that ``rows`` cuts along each edge give."""
-    centres = []
-    for i in range(rows):
-        for j in range(rows - i):
-            centres.append((3 * i + 1, 3 * j + 1))
-            if j < rows - i - 1:
-                centres.append((3 * i + 2, 3 * j + 2))
-    first_two = np.array(centres) / (3.0 * rows)
-    return np.concatenate([first_two, 1.0 - first_two.sum(axis=1, keepdims=True)], axis=1)
-
+_ROWS = 4
 
 #: barycentric centres (16, 3) of the patches of every triangle
-PATCHES = _patch_centres(4)
+PATCHES = triangle_centres(_ROWS)
 
-#: three patches far apart, and the share of the triangle's area between their centres
+#: three patches far apart, how far on the way from corner to corner, and whether (16,) a patch is turned about
 _SPAN = [int(np.argmax(PATCHES[:, corner])) for corner in range(3)]
-_SPAN_AREA = abs(np.linalg.det(PATCHES[_SPAN]))
+_WAY = float(PATCHES[_SPAN[0], 0] - PATCHES[_SPAN[1], 0])
+_TURNED = np.rint(3 * _ROWS * PATCHES[:, 0]).astype(int) % 3 == 2
 
 
 class WhereaboutsUnknown(Exception):  # noqa: N818
     """A value depends on the place on a surface, where there is none."""
 
 
+#: what Light Path tells of the rays by which diffuse light travels between surfaces; other outputs are 0
+DIFFUSE_RAYS = {
+    "Is Diffuse Ray": 1.0,
+    "Is Reflection Ray": 1.0,
+    "Ray Length": 1.0,
+    "Ray Depth": 1.0,
+    "Diffuse Depth": 1.0,
+}
+#: of those that end in the world, which has no distance and counts as one reflection more
+WORLD_RAYS = {**DIFFUSE_RAYS, "Ray Length": 0.0, "Ray Depth": 2.0}
+#: and of those to a lamp, which are of no kind; their length is none that holds everywhere
+LAMP_RAYS = {"Ray Depth": 1.0, "Ray Length": None}
+
+
 @dataclass
 class Probe:
     """No place at all: notes which ``attributes`` the nodes ask for, and gives zeros."""
 
+    rays = DIFFUSE_RAYS
+    real = False
     attributes: set[tuple[str, str]] = field(default_factory=set)
 
     def uv(self, name: str) -> np.ndarray:
@@ -65,6 +72,11 @@ class Probe:
 class Nowhere:
     """No surface at all, for lights and worlds that are the same everywhere; raises WhereaboutsUnknown otherwise."""
 
+    real = True
+
+    def __init__(self, rays: dict[str, float | None]):
+        self.rays = rays
+
     def uv(self, name: str):
         """Raise."""
         raise WhereaboutsUnknown
@@ -78,6 +90,9 @@ class Nowhere:
 
 class Patches:
     """The PATCHES of T triangles, whose attributes are given at their corners (T, 3, c)."""
+
+    rays = DIFFUSE_RAYS
+    real = True
 
     def __init__(self, corners: dict[tuple[str, str], np.ndarray], images: Images, unknown):
         self._corners = corners
@@ -102,8 +117,7 @@ class Patches:
         if node.projection != "FLAT":
             self.unknown(f"image projection ({node.projection.lower()}), taken as the image's mean")
             coordinates = np.full_like(coordinates, np.nan)
-        share = _patch_areas(coordinates)
-        rgba = texture.patches(coordinates[:, 0], coordinates[:, 1], share, node.extension)
+        rgba = texture.patches(coordinates[:, :2], _patch_edges(coordinates), node.extension)
         colour, alpha = rgba[:, :3], rgba[:, 3:]
         if texture.associated:
             colour = np.divide(colour, alpha, out=colour.copy(), where=alpha > 0)
@@ -114,11 +128,10 @@ class Patches:
         return np.einsum("pc,tck->tpk", PATCHES, corners).reshape(-1, corners.shape[2])
 
 
-def _patch_areas(coordinates: np.ndarray) -> np.ndarray:
-    """Area (m,) in texture space that each patch covers, from the spread of its triangle's patches."""
+def _patch_edges(coordinates: np.ndarray) -> np.ndarray:
+    """The two edges (m, 2, 2) of each patch in texture space, from how its triangle's patches lie (m, 3)."""
     if len(coordinates) % len(PATCHES):
-        return np.zeros(len(coordinates))
+        return np.zeros((len(coordinates), 2, 2))
     ends = coordinates.reshape(-1, len(PATCHES), 3)[:, _SPAN, :2]
-    first, second = ends[:, 1] - ends[:, 0], ends[:, 2] - ends[:, 0]
-    area = 0.5 * np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
-    return np.repeat(area / _SPAN_AREA / len(PATCHES), len(PATCHES))
+    edges = (ends[:, 1:] - ends[:, :1]) / (_WAY * _ROWS)
+    return (edges[:, None] * np.where(_TURNED, -1.0, 1.0)[:, None, None]).reshape(-1, 2, 2)

@@ -1,4 +1,4 @@
-"""An image at halving sizes, so that its mean over a patch of any size is one look-up; NumPy only."""
+"""An image at halving sizes, so that its mean over a triangle of any size takes few look-ups; NumPy only."""
 
 from __future__ import annotations
 
@@ -8,6 +8,12 @@ import numpy as np
 
 #: larger images are halved until they fit: what counts is the mean over whole triangles
 LARGEST_SIDE = 1024
+
+#: a triangle is cut into rows of at least and at most so many looks along each edge, where it covers so many texels
+_LEAST_CUTS, _MOST_CUTS = 4, 16
+
+#: looks for all triangles that are asked for at once, unless each has its least already
+_LOOKS = 1 << 22
 
 
 @dataclass(frozen=True)
@@ -39,28 +45,62 @@ class TexturePyramid:
         """The mean colour and alpha (4,), associated as the levels are."""
         return self.levels[-1][0, 0].astype(np.float64)
 
-    def patches(self, u: np.ndarray, v: np.ndarray, share: np.ndarray, extension: str) -> np.ndarray:
-        """Mean RGBA (m, 4) around the coordinates ``u``, ``v`` (m,), over a patch of ``share`` (m,) of the image.
+    def patches(self, centres: np.ndarray, edges: np.ndarray, extension: str) -> np.ndarray:
+        """Mean RGBA (m, 4) over the triangles around the coordinates ``centres`` (m, 2), with two ``edges`` (m, 2, 2).
 
         ``extension`` says what lies outside 0..1: REPEAT, MIRROR, EXTEND or CLIP (clear black). Coordinates that are
         not finite give the mean of the whole image.
         """
-        height, width = self.levels[0].shape[:2]
-        texels = np.nan_to_num(share * (height * width), nan=1.0, posinf=1.0)
-        level = np.clip(np.rint(0.5 * np.log2(np.maximum(texels, 1.0))), 0, len(self.levels) - 1).astype(np.int64)
-        known = np.isfinite(u) & np.isfinite(v)
-        level[~known] = len(self.levels) - 1
-        x, y = (_wrapped(np.where(known, place, 0.5), extension) for place in (u, v))
-        result = np.empty((len(u), 4))
-        for index in np.unique(level):
-            here = level == index
-            picture = self.levels[index]
-            rows = np.minimum((y[here] * picture.shape[0]).astype(np.int64), picture.shape[0] - 1)
-            columns = np.minimum((x[here] * picture.shape[1]).astype(np.int64), picture.shape[1] - 1)
-            result[here] = picture[rows, columns]
-        if extension == "CLIP":
-            result[known & ((u < 0) | (u > 1) | (v < 0) | (v > 1))] = 0.0
+        result = np.empty((len(centres), 4))
+        known = np.isfinite(centres).all(axis=1)
+        result[~known] = self.mean
+        cuts, levels = self._fineness(np.nan_to_num(edges, posinf=0.0, neginf=0.0))
+        kinds = np.where(known, levels * (2 * _MOST_CUTS) + cuts, -1)
+        for kind in np.unique(kinds[known]):
+            here = np.flatnonzero(kinds == kind)
+            level, rows = divmod(int(kind), 2 * _MOST_CUTS)
+            middle, first, second = centres[here], edges[here, 0], edges[here, 1]
+            total = np.zeros((len(here), 4))
+            for _, along, across in triangle_centres(rows) - 1.0 / 3.0:
+                total += self._texels(level, middle + along * first + across * second, extension)
+            result[here] = total / rows**2
         return result
+
+    def _fineness(self, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Into how many rows (m,) to cut each triangle, and the level (m,) to look at, for about two looks a texel."""
+        sides = edges * self.levels[0].shape[1::-1]
+        area = 0.5 * np.abs(sides[:, 0, 0] * sides[:, 1, 1] - sides[:, 0, 1] * sides[:, 1, 0])
+        longest = np.abs(sides).max(axis=(1, 2), initial=0.0)
+        most = np.clip(2.0 ** np.floor(0.5 * np.log2(_LOOKS / max(len(edges), 1))), _LEAST_CUTS, _MOST_CUTS)
+        # A sliver without an area may be long all the same.
+        wanted = np.maximum(np.sqrt(2.0 * area), np.minimum(longest, _LEAST_CUTS))
+        levels = np.ceil(np.log2(np.maximum(np.sqrt(2.0 * area) / most, 1.0)))
+        cuts = 2.0 ** np.ceil(np.log2(np.clip(wanted, 1.0, most)))
+        return cuts.astype(np.int64), np.minimum(levels, len(self.levels) - 1).astype(np.int64)
+
+    def _texels(self, level: int, places: np.ndarray, extension: str) -> np.ndarray:
+        """RGBA (m, 4) of the texels at ``places`` (m, 2)."""
+        height, width = self.levels[level].shape[:2]
+        column, row = (
+            np.minimum((_wrapped(places[:, axis], extension) * size).astype(np.int32), size - 1)
+            for axis, size in enumerate((width, height))
+        )
+        texels = self.levels[level].reshape(-1, 4).take(row * width + column, axis=0)
+        if extension == "CLIP":
+            texels[((places < 0) | (places > 1)).any(axis=1)] = 0.0
+        return texels
+
+
+def triangle_centres(rows: int) -> np.ndarray:
+    """Barycentric centres (rows^2, 3) of the equal triangles that ``rows`` cuts along each edge give."""
+    centres = []
+    for i in range(rows):
+        for j in range(rows - i):
+            centres.append((3 * i + 1, 3 * j + 1))
+            if j < rows - i - 1:
+                centres.append((3 * i + 2, 3 * j + 2))
+    first_two = np.array(centres) / (3.0 * rows)
+    return np.concatenate([first_two, 1.0 - first_two.sum(axis=1, keepdims=True)], axis=1)
 
 
 def _wrapped(place: np.ndarray, extension: str) -> np.ndarray:

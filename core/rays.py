@@ -11,7 +11,6 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
 from .bounds import Bounds
-from .compiled import kernels
 from .parallel import ordered_map, slices
 from .triangles import normals_and_areas
 
@@ -105,25 +104,9 @@ class RayCaster:
         found = ordered_map(lambda rows: self._blocked(origins[rows], directions[rows], distances[rows]), parts)
         return np.concatenate([np.empty(0, bool), *found])
 
-    def seen_by_embree(self, origins: np.ndarray) -> np.ndarray:
-        """``origins`` (R, 3) m as Embree sees them: float32, less :attr:`centre`, times :attr:`scale`."""
-        return self._local(origins)
-
-    def cast(self, near: np.ndarray, towards: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The triangle (R,) int32, -1 for none, and barycentric u, v (R,) that rays meet first, as Embree has them.
-
-        ``near`` (R, 3) are origins as from :meth:`seen_by_embree`, ``towards`` (R, 3) directions in float32; R > 0.
-        """
-        result = self._embree.run(near, towards, output=1)
-        return result["primID"], result["u"], result["v"]
-
-    def blocked(self, near: np.ndarray, towards: np.ndarray, reach: np.ndarray) -> np.ndarray:
-        """Whether (R,) anything lies within ``reach`` (R,) float32, in the scaled scene, along rays as for cast."""
-        return self._embree.run(near, towards, reach, query="OCCLUDED") == 0
-
     def _blocked(self, origins, directions, distances):
         reach = np.minimum(distances * self.scale, FAR).astype(np.float32)
-        return self.blocked(self._local(origins), directions.astype(np.float32), reach)
+        return self._embree.run(self._local(origins), directions.astype(np.float32), reach, query="OCCLUDED") == 0
 
     def _reach(self, distances: np.ndarray) -> np.ndarray:
         """A little more than ``distances`` in the scaled scene: what rounding might leave out belongs to it."""
@@ -134,9 +117,6 @@ class RayCaster:
         result = self._embree.run(self._local(origins), directions.astype(np.float32), reach.copy(), output=1)
         triangle = result["primID"].astype(np.int64)
         points = np.zeros((len(triangle), 3))
-        if (compiled := kernels(saving=0.0)) is not None:
-            compiled.hit_points(self.edged, triangle, result["u"], result["v"], points)
-            return triangle, points
         hit = np.flatnonzero(triangle >= 0)
         u, v = (result[name].take(hit).astype(np.float64)[:, None] for name in ("u", "v"))
         edged = self.edged.take(triangle.take(hit), axis=0)

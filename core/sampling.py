@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from .bounds import Bounds
-from .compiled import kernels
 
 #: The largest float64 below one, so that a rescaled uniform stays inside [0, 1).
 _BELOW_ONE = np.nextafter(1.0, 0.0)
@@ -27,10 +26,6 @@ def frames(normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def disc(uniforms: np.ndarray) -> np.ndarray:
     """Points (P, 2) uniform in the unit disc from uniforms (P, 2), by the concentric map (Shirley and Chiu 1997)."""
-    if (compiled := kernels(saving=0.0)) is not None:
-        found = np.empty((len(uniforms), 2))
-        compiled.discs(uniforms, found)
-        return found
     square = 2.0 * uniforms - 1.0
     x, y = square[:, 0], square[:, 1]
     wide = np.abs(x) > np.abs(y)
@@ -53,10 +48,6 @@ def around(axes: np.ndarray, fall: np.ndarray, turn: np.ndarray) -> np.ndarray:
     ``turn`` (P,) in [0, 1) is the share of a full turn about the axis. Taking 1 - cos t instead of cos t keeps
     narrow cones exact.
     """
-    if (compiled := kernels(saving=0.0)) is not None:
-        found = np.empty((len(fall), 3))
-        compiled.turned_around(axes.reshape(-1, 3), fall, turn, found)
-        return found
     first, second = frames(axes)
     sine = np.sqrt(np.maximum(fall * (2.0 - fall), 0.0))
     angle = 2.0 * np.pi * turn
@@ -66,10 +57,6 @@ def around(axes: np.ndarray, fall: np.ndarray, turn: np.ndarray) -> np.ndarray:
 
 def cosine_hemisphere(normals: np.ndarray, uniforms: np.ndarray) -> np.ndarray:
     """Directions (P, 3) about unit ``normals`` (P, 3) or (3,), density cos(t)/pi per solid angle; uniforms (P, 2)."""
-    if (compiled := kernels(saving=0.0)) is not None:
-        found = np.empty((len(uniforms), 3))
-        compiled.hemispheres(normals.reshape(-1, 3), uniforms, found)
-        return found
     first, second = frames(normals)
     flat = disc(uniforms)
     # The disc's map makes the larger one the radius: from it, directions near the rim have all their digits.

@@ -17,24 +17,21 @@ from .segments import Segments
 #: Nanoseconds of one processor for each thing that Counts counts, by kind of search, on the reference machine: fitted
 #: to the searches of the samples and of ten real scenes by `detp study`, which fits them anew wherever it runs. Their
 #: ratios decide which gatherer "auto" takes, and are not measured in a bake: a scene must give the same light on every
-#: machine. With NumPy the searches share the code for patches, discs, tests and crossings, and so its costs.
+#: machine. The searches share the code for patches, discs, tests and crossings, and so its costs.
 _SHARED = {"patches": 94.0, "discs": 22.0, "tests": 49.0, "crossings": 87.0}
 UNIT_COSTS = {
     "grid": {"segments": 128.0, "nodes": 93.0, **_SHARED},
     "tree": {"segments": 306.0, "nodes": 32.0, **_SHARED},
     "sphere-cache": {"nodes": 17.0, "lists": 6100.0, **_SHARED},
     "brute-force": {"tests": 30.0},
-    "compiled grid": {
-        "segments": 111.0, "nodes": 23.5, "far": 16.5, "patches": 1.7, "discs": 4.3, "tests": 8.7,
-    },
-}  # fmt: skip
+}
 
 #: Nanoseconds to build a search, for each disc; the grid's cells and entries are known beforehand, see search_plan.py.
-BUILD_COSTS = {"grid": 4000.0, "tree": 2900.0, "sphere-cache": 2600.0, "brute-force": 0.0, "compiled grid": 2000.0}
+BUILD_COSTS = {"grid": 4000.0, "tree": 2900.0, "sphere-cache": 2600.0, "brute-force": 0.0}
 
 #: How much longer than by its processor time a search takes where several processors share it, beside the others: the
-#: tree's operations are shorter, and more often wait for the interpreter's lock, which kernels never need.
-SHARED_OUT = {"tree": 1.08, "compiled grid": 0.85}
+#: tree's operations are shorter, and more often wait for the interpreter's lock.
+SHARED_OUT = {"tree": 1.08}
 
 #: Reference seconds of the search that a machine is measured by.
 STANDARD = 0.022

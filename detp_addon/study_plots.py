@@ -11,7 +11,7 @@ from ..core.study.run import Findings
 
 _NAMES = {
     "grid": "Disc Indexing, grid", "tree": "Disc Indexing, tree", "sphere-cache": "Sphere Cache",
-    "compiled grid": "Disc Indexing, compiled grid", "brute-force": "brute force",
+    "brute-force": "brute force",
 }  # fmt: skip
 
 

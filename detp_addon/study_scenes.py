@@ -9,8 +9,8 @@ import numpy as np
 
 from ..core.direct.direct_light import DirectLight
 from ..core.estimator.standpoints import Standpoints, standpoints
-from ..core.photons.tracing import PhotonTracer
 from ..core.photons.emission import lights_of
+from ..core.photons.tracing import PhotonTracer
 from ..core.radius import chosen_disc
 from ..core.rays import RayCaster
 from ..core.refinement import FIRST_ROUNDS
@@ -37,9 +37,7 @@ def load_study_scene(name: str, path: Path, segments: int) -> StudyScene:
     caster = RayCaster(export.scene.corners)
     settings = BakeSettings(quality="preview")
     places = Standpoints.joined(list(standpoints(caster, export.centres, export.normals, export.inward)))
-    direct = DirectLight(
-        export.scene, caster, places.origins, export.normals, settings, lights_of(export.scene)
-    )
+    direct = DirectLight(export.scene, caster, places.origins, export.normals, settings, lights_of(export.scene))
     for _ in direct.rounds(0, FIRST_ROUNDS):
         pass
     disc = chosen_disc(

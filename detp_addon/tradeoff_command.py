@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
-from contextlib import suppress
 from pathlib import Path
 
-from ..core.compiled import compile_now, kernels
 from .files import check_readable, made_folder
 from .steps import printed
 from .tradeoff_candidates import GROUPS, NAMES
@@ -78,7 +75,6 @@ def _tradeoff(arguments: argparse.Namespace) -> int:
         from .tradeoff_scene import compared_scene
 
         warnings = open_blend(scene)
-    _compile_kernels()
     machine = report.machine()
     compared = printed(compared_scene(arguments.points or points))
     warnings = [*warnings, *compared.warnings]
@@ -96,7 +92,7 @@ def _tradeoff(arguments: argparse.Namespace) -> int:
         found = findings(compared, reference, measured.done)
         facts = {
             "scene": str(scene), "command": f"detp tradeoff {scene.name}{_options(arguments)}", "machine": machine,
-            "compiled": _compiled(), "warnings": warnings + _refused(measured.done),
+            "warnings": warnings + _refused(measured.done),
         }  # fmt: skip
         report.write(found, facts, folder, _drawn(found, scene.stem, folder, quiet=run + 1 < plan.runs))
     print(f"Saved {folder / 'tradeoff.md'}, tradeoff.json and tradeoff.csv")
@@ -137,20 +133,6 @@ def _options(arguments: argparse.Namespace) -> str:
     )
     flags = "".join(f" --{name.replace('_', '-')}" for name in ("quick", "no_cycles") if getattr(arguments, name))
     return f" -o FOLDER{flags}{text}"
-
-
-def _compile_kernels() -> None:
-    """Compile them if they can be used, so that the first bakes are not done without them."""
-    if os.environ.get("DETP_COMPILED", "") != "off":
-        with suppress(ImportError, OSError, RuntimeError):
-            compile_now()
-
-
-def _compiled() -> str:
-    """Whether the bakes used compiled kernels."""
-    if os.environ.get("DETP_COMPILED", "") == "off":
-        return "off"
-    return "not used" if kernels(saving=0.0) is None else "used"
 
 
 def _count(text: str) -> int:

@@ -79,9 +79,8 @@ def as_markdown(found: Findings, facts: dict, picture: bool) -> str:
     theirs = [row for row in found.rows if row["who"] != "detp"]
     parts = [
         f"# Error against time: {Path(facts['scene']).stem}",
-        f"`{facts['command']}`; {', '.join(f'{name} {value}' for name, value in here.items())}; compiled kernels "
-        f"{facts['compiled']}. Seconds and errors are medians of {max(row['runs'] for row in found.rows)} runs, in "
-        "turn.",
+        f"`{facts['command']}`; {', '.join(f'{name} {value}' for name, value in here.items())}. Seconds and "
+        f"errors are medians of {max(row['runs'] for row in found.rows)} runs, in turn.",
         f"{points['objects']} objects with {points['corners']} corners, compared at {points['compared']}, of which "
         f"{points['hidden']} are hidden and left out, and {points['lit']} of the rest are lit. Reference: "
         f"{points['reference samples']} samples, "

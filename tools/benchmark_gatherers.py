@@ -3,7 +3,7 @@
 The scene is a closed room with boxes in it, points strewn over all surfaces, and segments that bounce diffusely
 from surface to surface. Beside each rate stands its ratio to that of Embree in the same run, with all processors: the
 first hits, and nothing else, of the same segments in the same room as a mesh with as many vertices as there are points.
-All are medians. The compiled gatherer needs ``pip install .[fast]``. Run it with the package installed:
+All are medians. Run it with the package installed:
 
     python tools/benchmark_gatherers.py --points 10000 45000 --spacings 0.3 1 3 --seconds 2
 """
@@ -17,10 +17,9 @@ import time
 from functools import partial
 
 import numpy as np
-from detp.core import compiled, parallel
+from detp.core import parallel
 from detp.core.discs import TangentDiscs
 from detp.core.gatherers.brute_force import BruteForce
-from detp.core.gatherers.compiled_index import CompiledIndex
 from detp.core.gatherers.disc_index import DiscIndex
 from detp.core.gatherers.sphere_cache import SphereCache
 from detp.core.segments import Segments
@@ -39,7 +38,6 @@ BOXES = np.array(
     ]
 )
 GATHERERS = {
-    "disc-index, compiled": lambda discs: CompiledIndex(compiled.kernels(), discs),
     "disc-index, grid": partial(DiscIndex, index="grid"),
     "disc-index, tree": partial(DiscIndex, index="tree"),
     "sphere-cache": SphereCache,
@@ -191,11 +189,6 @@ def main() -> int:
     parser.add_argument("--gatherers", nargs="+", choices=GATHERERS, default=list(GATHERERS))
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
-    if "disc-index, compiled" in options.gatherers:
-        try:
-            compiled.compile_now()
-        except ImportError:
-            options.gatherers.remove("disc-index, compiled")
     generator = np.random.default_rng(options.seed)
     segments = bounces(options.segments, generator)
     length = np.linalg.norm(segments.ends - segments.origins, axis=1).mean()

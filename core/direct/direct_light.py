@@ -185,7 +185,9 @@ class DirectLight:
 
     def _in_place(self, value: np.ndarray, squared: np.ndarray) -> Irradiance:
         """The Irradiance of the points in their own order, of ``value`` and ``squared`` error (3, N) in the groups'."""
-        return Irradiance(*(np.ascontiguousarray(part.T).take(self._place, axis=0) for part in (value, np.sqrt(squared))))
+        return Irradiance(
+            *(np.ascontiguousarray(part.T).take(self._place, axis=0) for part in (value, np.sqrt(squared)))
+        )
 
     def _plan(self, begin: int, end: int, other: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
         """Rounds (N,) that each point shall have next, of lamps and of surroundings."""

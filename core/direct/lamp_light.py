@@ -58,7 +58,7 @@ class LampLight:
             sums.add(rows, rounds[rows], self._samples(points, normals, spot, chosen, probability, uniforms))
 
     def by_one_ray(self, points: np.ndarray, normals: np.ndarray, generator: np.random.Generator) -> np.ndarray:
-        """Irradiance (K, 3) at ``points`` (K, 3) with ``normals`` (K, 3) by one ray from each, to a lamp of its choice."""
+        """Irradiance (K, 3) at ``points`` (K, 3) with ``normals`` (K, 3), by one ray from each to a lamp it chooses."""
         if not self._lamps or len(points) == 0:
             return np.zeros((len(points), 3))
         spot, uniforms = np.arange(len(points)), generator.random((len(points), SHADOW_DIMENSIONS + 1))

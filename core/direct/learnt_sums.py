@@ -12,7 +12,7 @@ LEAST_WEIGHT = 1 / 64
 
 
 class LearntSums:
-    """Rounds of rays at points in ``groups``, ``before`` and ``after`` learning; channel by channel as RoundSums are."""
+    """Rounds of rays at points in ``groups``, ``before`` and ``after`` learning; channel by channel as RoundSums."""
 
     def __init__(self, groups: PointGroups):
         self._groups = groups

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..compiled import kernels
 from ..gatherers.gatherer import Crossings
 from ..segments import Segments
 
@@ -47,10 +46,6 @@ class RepeatedCrossings:
         if not self._held:
             return found
         segment, disc = (np.concatenate([getattr(part, name) for part in self._held]) for name in ("segment", "disc"))
-        if (compiled := kernels(saving=0.0)) is not None:
-            flux = np.require(self._segments.flux, np.float64, ["C", "W"])
-            compiled.repeated_products(segment, disc, self._segments.particle.astype(np.uint32), flux, found)
-            return found * self._every
         key = (disc << 32) | self._segments.particle.take(segment)
         order = np.argsort(key)
         equal = np.diff(key.take(order)) == 0
@@ -70,13 +65,7 @@ class RepeatedCrossings:
     def _hold(self, crossings: Crossings, kept: np.ndarray | None = None) -> None:
         kept = np.ones(len(crossings), bool) if kept is None else kept
         # Particles come sorted by the light they left, so that every k-th is a fair choice and the first are not.
-        if (compiled := kernels(saving=0.0)) is not None:
-            picked = np.empty((2, len(crossings)), np.int64)
-            particle = np.require(self._segments.particle, np.uint32, ["C", "W"])
-            count = compiled.pick(crossings.segment, crossings.disc, kept, particle, self._every, *picked)
-            crossings = Crossings(*picked[:, :count].copy())
-        else:
-            chosen = self._segments.particle.take(crossings.segment) & (self._every - 1) == 0
-            crossings = crossings.taken(kept & chosen)
+        chosen = self._segments.particle.take(crossings.segment) & (self._every - 1) == 0
+        crossings = crossings.taken(kept & chosen)
         self._held.append(crossings)
         self._count += len(crossings)

@@ -1,4 +1,4 @@
-"""The light at records: direct by shadow rays, the rest by DETP, each half of the records by its own half of photons."""
+"""Light at records: direct by shadow rays, the rest by DETP, each half of the records by its own half of photons."""
 
 from __future__ import annotations
 
@@ -52,7 +52,9 @@ class RecordLight:
         if self._rays is None or (self._rays.done and self._rays.exact):
             return
         done = self._rays.done
-        rounds = min(int(np.ceil(times * done)), MOST_ROUNDS - done) if done else 1 if self._rays.exact else FIRST_ROUNDS
+        rounds = (
+            min(int(np.ceil(times * done)), MOST_ROUNDS - done) if done else 1 if self._rays.exact else FIRST_ROUNDS
+        )
         for _ in self._rays.rounds(done, done + rounds):
             yield
 
@@ -85,4 +87,3 @@ class RecordLight:
         whole = max(float(np.sum(found["direct"]) + np.sum(found["indirect"])), 1e-300)
         errors = (s.estimate.common_error * float(np.sum(s.estimate.irradiance.value)) / whole for s in self.searches)
         self.common_error = float(np.sqrt(sum(error**2 for error in errors)))
-

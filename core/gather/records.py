@@ -66,7 +66,7 @@ class Landings:
 
     @classmethod
     def of(cls, caster: RayCaster, origins, directions, triangle: np.ndarray, places: np.ndarray) -> Landings:
-        """Of rays from ``origins`` (K, 3) m along unit ``directions`` (K, 3) on ``triangle`` (K,) at ``places`` (K, 3)."""
+        """Of rays from ``origins`` m along unit ``directions``, (K, 3), to ``triangle`` (K,) at ``places`` (K, 3)."""
         away = places - origins
         lengths = np.sqrt(np.einsum("ij,ij->i", away, away))
         normals = caster.normals.take(triangle, axis=0)
@@ -165,7 +165,7 @@ def _numbers(cells: Cells, landings: Landings) -> np.ndarray:
 
 
 def _affordable(caster: RayCaster, landings: Landings, points: int, size: float) -> float:
-    """Sides of the smallest cells, metres, such that hardly any rays are too short, but there are not too many cells."""
+    """Sides of the smallest cells, metres, such that hardly any rays are too short, and cells are not too many."""
     if len(landings.lengths) == 0:
         return size
     most = int(np.clip(CELLS_PER_POINT * points, LEAST_CELLS, MOST_CELLS))

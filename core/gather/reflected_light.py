@@ -69,7 +69,7 @@ class ReflectedLight:
         return found
 
     def _around(self, points, normals, generator: np.random.Generator, followed: int) -> np.ndarray:
-        """Irradiance (K, 6) at ``points`` (K, 3) with ``normals`` (K, 3), by one ray to each kind of light from each."""
+        """Irradiance (K, 6) at ``points`` (K, 3) with ``normals`` (K, 3), by one ray each to each kind of light."""
         spots = Spots(points, normals, *frames(normals), np.zeros(len(points), np.int64))
         rows = np.arange(len(points))
         look = Look(spots, rows, 1, 1.0, None, generator, None, np.zeros((len(points), 3)), followed)

@@ -7,14 +7,12 @@ from functools import cached_property
 
 import numpy as np
 
-from ..compiled import kernels
 from ..cost_model import SearchProblem, best_last_radius, best_q
 from ..discs import TangentDiscs
 from ..segments import Segments
 from ..space_filling import mean_spacing
 from ..unit_costs import SHARED_OUT, bare_segments, search_lanes, search_seconds, this_machine
 from .brute_force import BruteForce
-from .compiled_index import CompiledIndex, compiled_cell
 from .counts import Counts
 from .disc_index import DiscIndex
 from .gatherer import Gatherer
@@ -31,16 +29,14 @@ LISTS_PER_DISC = 0.1
 class Candidate:
     """A search that was tried.
 
-    kind       a key of UNIT_COSTS
-    seconds    predicted, reference seconds of one processor that is not alone
-    crossings  of a segment, among those tried
+    kind     a key of UNIT_COSTS
+    seconds  predicted, reference seconds of one processor that is not alone
     """
 
     kind: str
     gatherer: Gatherer
     seconds: float
     lanes: int
-    crossings: float
 
     @property
     def wall_seconds(self) -> float:
@@ -52,18 +48,16 @@ class Candidate:
 class Task:
     """What a gatherer is chosen for.
 
-    discs      N >= 1
-    expected   segments to search in all
-    pilot      some of them
-    spacing    of the discs, metres; 0 when all are in one place
-    crossings  of a segment, if they are known
+    discs     N >= 1
+    expected  segments to search in all
+    pilot     some of them
+    spacing   of the discs, metres; 0 when all are in one place
     """
 
     discs: TangentDiscs
     expected: int
     pilot: Segments
     spacing: float
-    crossings: float | None = None
 
     @classmethod
     def of(cls, discs: TangentDiscs, expected: int, pilot: Segments | None) -> Task:
@@ -73,15 +67,11 @@ class Task:
     @cached_property
     def plan(self) -> SearchPlan:
         """Rough costs, made when they are needed: that takes longer than a small search."""
-        crossings = self.crossings
-        if crossings is None:
-            crossings = crossings_per_segment(self.discs, self.pilot)
-        return planned(self.discs, self.expected, crossings, self.spacing)
+        return planned(self.discs, self.expected, crossings_per_segment(self.discs, self.pilot), self.spacing)
 
     def made(self, kind: str) -> Gatherer:
         """The search of that ``kind`` with cells as planned."""
-        cells = {"grid": lambda: self.plan.cell, "compiled grid": lambda: compiled_cell(self.discs, self.spacing)}
-        return made(kind, self.discs, self.expected, cells[kind]() if kind in cells else None)
+        return made(kind, self.discs, self.expected, self.plan.cell if kind == "grid" else None)
 
     def size(self) -> str:
         """The discs' radius in words."""
@@ -97,7 +87,7 @@ class Task:
 def made(kind: str, discs: TangentDiscs, expected: int, cell: float | None = None) -> Gatherer:
     """The search of that ``kind``, a key of UNIT_COSTS, over N >= 1 discs, with options for ``expected`` segments.
 
-    ``cell`` is the side of a grid's cells; None: what fits best. The "compiled grid" needs the kernels.
+    ``cell`` is the side of a grid's cells; None: what fits best.
     """
     if kind == "brute-force":
         return BruteForce(discs)
@@ -105,8 +95,6 @@ def made(kind: str, discs: TangentDiscs, expected: int, cell: float | None = Non
         problem = SearchProblem.of(discs, expected)
         q = best_q(problem.dimension)
         return SphereCache(discs, q, best_last_radius(problem, q), chunk=_sphere_chunk(len(discs)))
-    if kind == "compiled grid":
-        return CompiledIndex(kernels(), discs, cell)
     return DiscIndex(discs, kind, cell)
 
 
@@ -135,8 +123,7 @@ def tried(kind: str, task: Task) -> Candidate:
     gatherer = task.made(kind)
     counts, chunk = _pilot_counts(kind, gatherer, task.expected, task.pilot)
     seconds = search_seconds(kind, counts, task.expected, chunk) * SHARED_OUT.get(kind, 1.0)
-    lanes = search_lanes(task.expected, chunk)
-    return Candidate(kind, gatherer, seconds, lanes, counts.get("crossings", 0) / max(1, counts["segments"]))
+    return Candidate(kind, gatherer, seconds, search_lanes(task.expected, chunk))
 
 
 def predicted_seconds(kind: str, gatherer: Gatherer, expected: int, pilot: Segments) -> float:

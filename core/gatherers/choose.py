@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-from ..compiled import kernels
 from ..discs import TangentDiscs
 from ..errors import InvalidSettingError
 from ..segments import Segments
@@ -28,7 +25,6 @@ AT_LEAST = 0.01
 _TITLES = {
     "grid": "Disc Indexing with a grid",
     "tree": "Disc Indexing with a tree",
-    "compiled grid": "Disc Indexing with a compiled grid",
     "sphere-cache": "Sphere Cache",
     "brute-force": "Brute force",
 }
@@ -43,8 +39,8 @@ def make_gatherer(
     expected  how many segments it will search in all
     pilot     a few hundred segments or more of the kind that it will search; None: ways between the discs' centres
 
-    Equal arguments give the same gatherer on every machine, but for the compiled one where there are kernels, and all
-    find the same crossings. Only the seconds in the sentence are this machine's.
+    Equal arguments give the same gatherer on every machine, and all find the same crossings. Only the seconds in the
+    sentence are this machine's.
     Raises InvalidSettingError for any other name.
     """
     if name not in GATHERERS:
@@ -58,29 +54,15 @@ def make_gatherer(
     if name == "auto":
         return _chosen(task)
     kind = "tree" if task.plan.uneven else min(("grid", "tree"), key=task.plan.seconds.get)
-    if not task.plan.uneven and _compiled(task):
-        kind = "compiled grid"
     gatherer = task.made(kind)
     return gatherer, f"{_TITLES[kind]}{task.unevenly(kind)}, as asked for ({options_of(gatherer)})."
 
 
-def _compiled(task: Task) -> bool:
-    """Whether there are compiled kernels, and loading them pays."""
-    return kernels(0.0) is not None or kernels(min(task.plan.seconds.values())) is not None
-
-
 def _chosen(task: Task) -> tuple[Gatherer, str]:
     """The search of the least predicted time, where trying others pays, and why it is this one."""
-    compiled = _compiled(task)
-    if compiled:
-        candidates = [tried("compiled grid", task)]
-        task = replace(task, crossings=candidates[0].crossings)
-    else:
-        plan = task.plan.seconds
-        candidates = [tried("tree" if task.plan.uneven else min(plan, key=plan.get), task)]
-    plan, first = task.plan.seconds, candidates[0]
-    # The plan is right to a factor of two; a compiled grid is not in it, and hardly ever beaten.
-    hopeless = first.seconds if compiled else HOPELESS * plan[first.kind]
+    plan = task.plan.seconds
+    first = tried("tree" if task.plan.uneven else min(plan, key=plan.get), task)
+    candidates, hopeless = [first], HOPELESS * plan[first.kind]
     trials = {kind: _trial_seconds(kind, task) for kind in plan if kind != first.kind and plan[kind] <= hopeless}
     if len(task.discs) <= FEW:
         trials["brute-force"] = 0.0

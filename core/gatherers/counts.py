@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 #: what is counted
-KINDS = ("segments", "lists", "nodes", "far", "patches", "listed", "discs", "tests", "crossings")
+KINDS = ("segments", "lists", "nodes", "patches", "listed", "discs", "tests", "crossings")
 
 
 class Counts:
@@ -16,8 +16,6 @@ class Counts:
     segments   searched
     lists      of the Sphere Cache: spheres whose list was made anew
     nodes      comparisons of a segment with a sphere, a box of the tree or a cell of the grid
-    far        those nodes of a compiled grid once more, times how often its index is doubled from a megabyte on: the
-               larger it is, the farther away in the processor's caches or in memory
     patches    comparisons of a segment with the slab around a few neighbouring discs
     listed     discs in those patches: the pairs that the study would test, for want of slabs and balls
     discs      comparisons of a segment with the ball around a disc

@@ -85,8 +85,8 @@ def fitting_cell(discs: TangentDiscs, wanted: float) -> float:
     return grid_bounds(discs)(wanted)
 
 
-def grid_bounds(discs: TangentDiscs, cells: int = CELLS, entries: int = ENTRIES) -> Callable[[float], float]:
-    """:func:`fitting_cell` for several wanted sides of the same ``discs``; at most so many cells and entries."""
+def grid_bounds(discs: TangentDiscs, entries: int = ENTRIES) -> Callable[[float], float]:
+    """:func:`fitting_cell` for several wanted sides of the same ``discs``; at most so many entries."""
     extent = extents(discs)
     size = (discs.centres + extent).max(axis=0) - (discs.centres - extent).min(axis=0)
     # The sum over the discs of (2 x / c + 1.5)(2 y / c + 1.5)(2 z / c + 1.5), as a polynomial in 1 / c.
@@ -95,7 +95,7 @@ def grid_bounds(discs: TangentDiscs, cells: int = CELLS, entries: int = ENTRIES)
 
     def fitting(wanted: float) -> float:
         cell = max(wanted, float(size.max()) / (CELLS_PER_AXIS - 3))
-        while np.prod(size / cell + 2.5) > cells or np.polyval(powers[::-1], 1.0 / cell) > entries:
+        while np.prod(size / cell + 2.5) > CELLS or np.polyval(powers[::-1], 1.0 / cell) > entries:
             cell *= 1.1
         return cell
 

@@ -9,7 +9,6 @@ import numpy as np
 
 from ..bounds import Bounds
 from ..checks import float_rows, index_rows
-from ..compiled import kernels
 from ..errors import InvalidArrayError
 from ..sampling import choose, cosine_hemisphere, triangle
 from ..triangles import normals_and_areas
@@ -108,11 +107,6 @@ class EmissiveTriangles:
         The origins lie on the triangles themselves, to rounding.
         """
         flux = 2.0 * np.pi * self.shares[-1] / len(uniforms)
-        if (compiled := kernels(saving=0.0)) is not None:
-            left = Particles(*(np.empty((len(uniforms), 3)) for _ in range(3)))
-            tables = self.shares[None], self.corners, self.normals, self._colours
-            compiled.leave_triangles(*tables, flux, uniforms, left.origins, left.directions, left.flux)
-            return left
         chosen, origins = self._places(uniforms)
         back = uniforms[:, 2] >= 0.5
         about = np.stack([2.0 * uniforms[:, 2] - back, uniforms[:, 3]], axis=1)

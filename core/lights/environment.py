@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from types import ModuleType
 from typing import ClassVar
 
 import numpy as np
 
 from ..bounds import Bounds
 from ..checks import float_rows
-from ..compiled import kernels
 from ..errors import InvalidArrayError
 from ..sampling import choose, face_points
 from .light import Particles, ShadowRays
@@ -121,8 +119,6 @@ class EnvironmentWorld:
         |w_axis| over its mean in the pixel.
         """
         power = bounds.face_areas * self._shares[:, -1]
-        if (compiled := kernels(saving=0.0)) is not None:
-            return self._left(compiled, uniforms, bounds, power)
         axis, left = choose(np.cumsum(power), uniforms[:, 0])
         pixel, left = self._choose_pixels(axis, left)
         row, column = np.divmod(pixel, self.radiance.shape[1])
@@ -134,16 +130,6 @@ class EnvironmentWorld:
         strength = np.abs(radiance).max(axis=1)
         scale = np.divide(np.abs(along) / mean, strength, out=np.zeros_like(strength), where=strength > 0.0)
         return Particles(origins, directions, radiance * (scale * (power.sum() / len(uniforms)))[:, None])
-
-    def _left(self, compiled: ModuleType, uniforms: np.ndarray, bounds: Bounds, power: np.ndarray) -> Particles:
-        """The same by kernels."""
-        left = Particles(*(np.empty((len(uniforms), 3)) for _ in range(3)))
-        compiled.leave_sky(
-            np.cumsum(power)[None], self._shares, self._row_factors, self._column_factors, self.radiance, self.sines,
-            np.stack([bounds.lower, bounds.upper]), power.sum() / len(uniforms), uniforms,
-            left.origins, left.directions, left.flux,
-        )  # fmt: skip
-        return left
 
     def _choose_pixels(self, axis: np.ndarray, uniforms: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         pixel, left = np.empty(len(axis), np.int64), np.empty(len(axis))

@@ -8,7 +8,6 @@ import numpy as np
 
 from ..bounds import Bounds
 from ..checks import number_within, vector
-from ..compiled import kernels
 from ..sampling import disc, frames, sphere
 from .aim import SMALLEST_RADIUS, rays_to_ball, rays_to_point
 from .light import Particles, ShadowRays
@@ -68,10 +67,6 @@ def crosswise(directions: np.ndarray, radius: float, uniforms: np.ndarray) -> np
     those through its disc perpendicular to them. Starting on that disc through the centre instead of on the sphere
     makes no difference outside.
     """
-    if (compiled := kernels(saving=0.0)) is not None:
-        aside = np.empty_like(directions)
-        compiled.set_crosswise(directions, uniforms, radius, aside)
-        return aside
     first, second = frames(directions)
     flat = radius * disc(uniforms)
     return flat[:, :1] * first + flat[:, 1:] * second

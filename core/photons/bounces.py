@@ -1,9 +1,8 @@
-"""What particles do between leaving a light and being absorbed, in NumPy: their segments, one generation at a time."""
+"""What particles do between leaving a light and being absorbed: their segments, one generation at a time."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -28,9 +27,6 @@ GRAZING_COSINE = 0.01
 #: What Russian roulette does with a particle: reflect it diffusely, let it pass straight on, mirror or refract it.
 ABSORBED, REFLECTED, PASSED, MIRRORED, REFRACTED = range(5)
 
-#: Kinds of triangles that are not specular: some light may pass straight through, or none.
-CLEAR, OPAQUE = -1, -2
-
 #: How many uniform random numbers each hit uses: its fate, and the direction after diffuse reflection.
 HIT_DIMENSIONS = 3
 
@@ -54,14 +50,6 @@ class Bounces:
     bounds: Bounds
     most: int
     direct: bool
-
-    @cached_property
-    def kinds(self) -> np.ndarray:
-        """(T,) each triangle's row among the specular ones, CLEAR or OPAQUE; empty where all are opaque."""
-        if self.transmittance is None:
-            return np.empty(0, np.int64)
-        kinds = np.where(self.transmittance.any(axis=1), CLEAR, OPAQUE)
-        return kinds if self.specular is None else np.where(self.specular.row >= 0, self.specular.row, kinds)
 
     def followed(self, sent: Particles, first: int, generator: np.random.Generator) -> tuple[Segments, np.ndarray]:
         """All segments of particles from their emission on, and the flux (3,) W that the limits on bounces cut.

@@ -6,7 +6,6 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from ..compiled import kernels
 from ..lights.light import EMISSION_DIMENSIONS
 
 
@@ -62,11 +61,7 @@ class EmissionGuide:
         """
         sums, offset = np.cumsum(self.chance), generator.random()
         uniforms = generator.random((particles, EMISSION_DIMENSIONS))
-        if (compiled := kernels(saving=0.0)) is not None:
-            box = np.empty(particles, np.int64)
-            compiled.draw(sums, offset, self.lower, self.upper, uniforms, box)
-        else:
-            box, uniforms = self._drawn(sums, offset, uniforms)
+        box, uniforms = self._drawn(sums, offset, uniforms)
         density = self.chance / self.natural
         shares = np.bincount(self.light, self.natural)
         weight = 1.0 / (particles * shares[self.light] * density)

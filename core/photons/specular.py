@@ -80,7 +80,7 @@ class Turns:
 class SpecularSurfaces:
     """Finds how particles go on where they meet the ``specular`` triangles of a scene, given by all its ``corners``.
 
-    Attributes: each triangle's ``row`` (T,) among the specular ones, -1 for none, and their ``tables`` for the kernels.
+    Attribute: each triangle's ``row`` (T,) among the specular ones, -1 for none.
     """
 
     def __init__(self, specular: Specular, corners: np.ndarray):
@@ -89,11 +89,6 @@ class SpecularSurfaces:
         self._normals, _ = normals_and_areas(self._corners)
         self.row = np.full(len(corners), -1, np.int64)
         self.row[specular.triangles] = np.arange(len(specular.triangles))
-        self.tables = (
-            specular.normals.reshape(-1, 9).copy(),
-            np.concatenate([specular.mirror, specular.gloss, specular.clear], axis=1),
-            np.stack([specular.ior, specular.roughness], axis=1),
-        )
 
     def turns(self, triangle: np.ndarray, directions: np.ndarray, points: np.ndarray, generator) -> Turns:
         """What each ``triangle`` (K,) does to a particle of ``directions`` (K, 3) that meets it at ``points`` (K, 3).

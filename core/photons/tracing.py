@@ -8,12 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..bounds import Bounds
-from ..compiled import kernels
 from ..rays import RayCaster
 from ..scene import Scene
 from ..segments import Segments
 from .bounces import EMISSION_LIFT, Bounces
-from .compiled_bounces import CompiledBounces
 from .emission import Emission
 from .emission_guide import Draws, EmissionGuide
 from .specular import SpecularSurfaces
@@ -41,9 +39,8 @@ class PhotonTracer:
         # Most scenes let no light pass and have no specular surfaces, and then pay nothing for them.
         specular = SpecularSurfaces(scene.specular, scene.corners) if scene.specular is not None else None
         passes = specular is not None or scene.transmittance.any()
-        # Copies, since what a scene is made from may be read-only, which the kernels do not take.
-        albedo, transmittance = np.array(scene.albedo), np.array(scene.transmittance) if passes else None
-        self._bounces = Bounces(caster, albedo, transmittance, specular, bounds, bounces, direct)
+        transmittance = scene.transmittance if passes else None
+        self._bounces = Bounces(caster, scene.albedo, transmittance, specular, bounds, bounces, direct)
         # Indirect light all comes from surfaces: what passes beside them need not be emitted.
         self._emission = Emission(
             scene, bounds if direct else scene.bounds.expanded(2 * EMISSION_LIFT * caster.tolerance)
@@ -64,7 +61,4 @@ class PhotonTracer:
         """
         draws = self.guide.draws(particles, generator)
         sent = self._emission.emit(draws)
-        # Kernels do not tell caustics apart.
-        compiled = kernels(saving=0.0) if self._bounces.specular is None else None
-        bounces = self._bounces if compiled is None else CompiledBounces(compiled, self._bounces)
-        return TracedPhotons(*bounces.followed(sent, first, generator), draws)
+        return TracedPhotons(*self._bounces.followed(sent, first, generator), draws)

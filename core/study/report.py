@@ -54,7 +54,7 @@ def as_markdown(found: Findings, command: str, pictures: bool) -> str:
     parts = [
         "# The study of 2006, done again",
         f"`{command}` on {machine}; {figures['machine']['parallel']:.1f} times faster with all processors than with "
-        f"one; {'compiled kernels' if figures['kernels'] else 'NumPy alone'}; {figures['seconds']:.0f} s in all. "
+        f"one; {figures['seconds']:.0f} s in all. "
         "Searches of scenes are timed in turn, and put right by the machine's speed at that moment.",
         "García, Ureña, Revelles, Lastra and Montes: *Density Estimation Optimizations for Global Illumination*, 2006.",
         markdown_table(("the study", "here", ""), _claims(figures)),

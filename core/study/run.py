@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..compiled import kernels
 from ..errors import DetpError
 from ..unit_costs import UNIT_COSTS, this_machine
 from . import crofton, growth, q_scan, searches
@@ -120,7 +119,6 @@ def _figures(tables: dict[str, list[dict]], ideal: dict) -> dict:
         "auto_regret_over_radii": max(row["regret"] for row in autos),
         "predicted_over_measured": _predictions(tried, "predicted processor", "processor"),
         "predicted_over_measured_wall": _predictions(tried, "predicted", "seconds"),
-        "kernels": kernels() is not None,
         "machine": {"slowness": this_machine().slowness, "parallel": this_machine().parallel},
     }
 
@@ -144,7 +142,7 @@ def _predictions(rows: list[dict], predicted: str, measured: str) -> dict:
 def unit_cost_rows(rows: list[dict]) -> list[dict]:
     """Nanoseconds of each comparison here, fitted to all searches in ``rows``, beside UNIT_COSTS.
 
-    With NumPy all searches share the code for patches, discs, tests and crossings.
+    All searches but brute force share the code for patches, discs, tests and crossings.
     """
     shared = ("patches", "discs", "tests", "crossings")
     tried = [row for row in rows if row["search"] != "auto"]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from functools import partial
 
-from ..compiled import kernels
 from ..cost_model import SearchProblem, disc_index_tests, sphere_cache_tests
 from ..gatherers.candidates import Task, predicted_seconds
 from ..gatherers.choose import FEW, make_gatherer
@@ -17,8 +16,7 @@ from .scene import StudyScene
 
 def searches(discs: int) -> tuple[str, ...]:
     """The kinds that are compared for so many ``discs``: brute force is out of the question for scenes of any size."""
-    compiled = ("compiled grid",) if kernels() is not None else ()
-    return ("grid", "tree", "sphere-cache", *compiled, *(("brute-force",) if discs <= FEW else ()))
+    return ("grid", "tree", "sphere-cache", *(("brute-force",) if discs <= FEW else ()))
 
 
 def scene_rows(scene: StudyScene, radius: float, segments: int, repeats: int) -> list[dict]:
@@ -39,7 +37,7 @@ def scene_rows(scene: StudyScene, radius: float, segments: int, repeats: int) ->
         # The one before would be in the way.
         built.pop(kind, None)
         # How large its cells should be, whoever wants a grid has to find out.
-        built[kind] = (Task.of(discs, scene.expected, some) if "grid" in kind else task).made(kind)
+        built[kind] = (Task.of(discs, scene.expected, some) if kind == "grid" else task).made(kind)
 
     def choose() -> None:
         built["auto"], reason = make_gatherer("auto", discs, scene.expected, some)

@@ -23,7 +23,6 @@ FEW = (
 def empty(tmp_path, monkeypatch):
     """An empty scene, where bakes of ours have few photons; returns the path to save it at."""
     monkeypatch.setattr(tradeoff_candidates, "candidates", lambda radius, quick, names: FEW)
-    monkeypatch.setenv("DETP_COMPILED", "off")  # compiling takes longer than all this
     bpy.ops.wm.read_factory_settings(use_empty=True)
     return tmp_path / "scene.blend"
 

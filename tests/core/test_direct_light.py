@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from detp.core.photons.emission import lights_of
 from detp.core.bake import bake
 from detp.core.direct.ambient_occlusion import ambient_occlusion
 from detp.core.direct.direct_light import MOST_SHARP_LAMPS, DirectLight
@@ -16,6 +15,7 @@ from detp.core.lights.point import PointLight
 from detp.core.lights.spot import SpotLight
 from detp.core.lights.sun import SunLight
 from detp.core.lights.world import UniformWorld
+from detp.core.photons.emission import lights_of
 from detp.core.rays import RayCaster
 from detp.core.scene import Scene
 from detp.core.settings import BakeSettings
@@ -42,7 +42,9 @@ def direct(scene, points, normals=UP, rounds=64, **settings):
     """Value and standard error (N,) of the RGB mean."""
     points = np.atleast_2d(np.asarray(points, float))
     normals = np.broadcast_to(normals, points.shape)
-    light = DirectLight(scene, RayCaster(scene.corners), points + 1e-4 * normals, normals, BakeSettings(**settings), lights_of(scene))
+    light = DirectLight(
+        scene, RayCaster(scene.corners), points + 1e-4 * normals, normals, BakeSettings(**settings), lights_of(scene)
+    )
     for _ in light.rounds(0, rounds // 2):
         pass
     for _ in light.rounds(rounds // 2, rounds):

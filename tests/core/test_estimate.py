@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 from detp.core.discs import TangentDiscs
 from detp.core.errors import InvalidArrayError
+from detp.core.estimator import crossing_sums
 from detp.core.estimator.crossing_sums import CrossingSums
 from detp.core.estimator.estimate import Accumulator, IrradianceEstimate
-from detp.core.estimator.visible_area import whole_discs
+from detp.core.estimator.rings import nested_areas
+from detp.core.estimator.visible_area import DIRECTIONS, VisibleArea, whole_discs
+from detp.core.gatherers.disc_index import DiscIndex
 from detp.core.gatherers.gatherer import Crossings
 from detp.core.irradiance import Irradiance
 from detp.core.segments import Segments
@@ -86,6 +89,28 @@ def test_no_crossings_add_nothing():
     sums = CrossingSums(discs, segments, placed.area)
     assert len(sums.add(Crossings(np.empty(0, np.int64), np.empty(0, np.int64)))) == 0
     assert not sums.total.any() and not sums.squares.any()
+
+
+@pytest.mark.parametrize("size", [1, 500])
+def test_sums_do_not_depend_on_slices(monkeypatch, size):
+    generator = np.random.default_rng(3)
+    discs = TangentDiscs.of_radius(generator.uniform(-1, 1, (300, 3)), generator.normal(size=(300, 3)), 0.4)
+    reach = 0.4 * np.minimum(1.0, generator.uniform(0.0, 1.5, (300, DIRECTIONS)))
+    reach[::3] = 0.4
+    visible = VisibleArea(reach, nested_areas(reach, discs.radii), (reach < 0.4).any(axis=1), np.zeros(300, bool))
+    flux = generator.exponential(size=(1000, 3)) * np.where(np.arange(1000) % 7 == 0, -1, 1)[:, None]
+    segments = Segments(*generator.uniform(-1.5, 1.5, (2, 1000, 3)), flux, np.ones(1000, np.uint16))
+    found = list(DiscIndex(discs, "grid").crossings(segments))
+    whole, cut = CrossingSums(discs, segments, visible), CrossingSums(discs, segments, visible)
+    kept = [whole.add(crossings) for crossings in found]
+    monkeypatch.setattr(crossing_sums, "SHARED", size)
+    assert all(np.array_equal(cut.add(crossings), inside) for crossings, inside in zip(found, kept, strict=True))
+    assert np.array_equal(cut.total, whole.total) and np.array_equal(cut.squares, whole.squares)
+    expected = np.zeros((300, 3))
+    for crossings, inside in zip(found, kept, strict=True):
+        np.add.at(expected, crossings.disc[inside], flux[crossings.segment[inside]])
+    assert 0.3 < np.concatenate(kept).mean() < 0.9
+    assert whole.total.sum(axis=1) == pytest.approx(expected, rel=1e-12, abs=1e-12)
 
 
 def test_dark_points_and_single_particles():

@@ -8,17 +8,15 @@ from detp.core import parallel
 from detp.core.crossing import crosses
 from detp.core.discs import TangentDiscs
 from detp.core.errors import InvalidSettingError
-from detp.core.gatherers import brute_force, compiled_index, disc_index, sphere_cache, streams
+from detp.core.gatherers import brute_force, disc_index, sphere_cache, streams
 from detp.core.gatherers.brute_force import BruteForce
 from detp.core.gatherers.choose import make_gatherer
-from detp.core.gatherers.compiled_index import CompiledIndex
 from detp.core.gatherers.disc_grid import DiscGrid
 from detp.core.gatherers.disc_index import DiscIndex
 from detp.core.gatherers.sphere_cache import SphereCache
 from detp.core.segments import Segments
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from kernels_or_skip import kernels_or_skip
 
 
 def grid(cells_per_size):
@@ -29,19 +27,6 @@ def grid(cells_per_size):
         return DiscGrid(discs, size / cells_per_size)
 
     return partial(DiscIndex, index=index)
-
-
-def compiled_grid(cells_per_size=None):
-    """The compiled gatherer, with cells as for :func:`grid`."""
-
-    def make(discs):
-        kernels = kernels_or_skip()
-        if cells_per_size is None or len(discs) == 0:
-            return CompiledIndex(kernels, discs)
-        size = np.ptp(discs.centres, axis=0).max() + 2 * discs.radii.max()
-        return CompiledIndex(kernels, discs, size / cells_per_size)
-
-    return make
 
 
 def spheres(last=None, **options):
@@ -61,9 +46,6 @@ GATHERERS = {
     "grid of 7 cells": grid(7),
     "grid of 60 cells": grid(60),
     "tree": partial(DiscIndex, index="tree"),
-    "compiled grid": compiled_grid(),
-    "compiled grid of 1 cell": compiled_grid(0.9),
-    "compiled grid of 90 cells": compiled_grid(90),
     "spheres 0.3": spheres(q=0.3),
     "spheres 0.6": spheres(q=0.6),
     "spheres 0.9": spheres(q=0.9),
@@ -248,8 +230,6 @@ class TestContract:
 
     def test_chunks_are_bounded_and_independent_of_threads(self, make, monkeypatch):
         monkeypatch.setattr(disc_index, "SEGMENTS", 100)
-        monkeypatch.setattr(compiled_index, "SEGMENTS", 100)
-        monkeypatch.setattr(compiled_index, "PAIRS", 1000)
         monkeypatch.setattr(sphere_cache, "SEGMENTS", 100)
         monkeypatch.setattr(brute_force, "SEGMENTS", 2)
         monkeypatch.setattr(streams, "PAIRS", 1000)
@@ -288,7 +268,7 @@ def test_the_gatherers_have_the_names_of_the_command_line_and_say_why():
         assert gatherer.name == name
         assert "as asked for" in reason
     gatherer, reason = make_gatherer("auto", discs)
-    # Without kernels these two are much alike here.
+    # These two are much alike here.
     titles = {"disc-index": "Disc Indexing", "sphere-cache": "Sphere Cache"}
     assert reason.startswith(titles[gatherer.name])
     assert "point spacings" in reason and reason.endswith(".")
@@ -296,9 +276,7 @@ def test_the_gatherers_have_the_names_of_the_command_line_and_say_why():
     assert make_gatherer("auto", discs.taken(slice(0)))[0].name == "disc-index"
 
 
-def test_a_few_distant_discs_turn_the_index_into_a_tree(monkeypatch):
-    # Kernels are faster even with all discs in one cell.
-    monkeypatch.setenv("DETP_COMPILED", "off")
+def test_a_few_distant_discs_turn_the_index_into_a_tree():
     generator = np.random.default_rng(2)
     near = generator.uniform(0, 1, (2000, 3)) * [1, 1, 0]
     centres = np.concatenate([near, generator.uniform(-1e4, 1e4, (50, 3))])

@@ -54,9 +54,7 @@ class Setting:
 
     def learnt(self, particles=PARTICLES, seed=1) -> EmissionGuide:
         dark = np.zeros((len(self.placed.discs), 3))
-        return finished(
-            guiding.learn_guide(self.tracer, self.gatherer, self.placed, "indirect", dark, seed, particles)
-        )
+        return finished(guiding.learn_guide(self.tracer, self.gatherer, self.placed, "indirect", dark, seed, particles))
 
     def light(self, guide, seeds, particles=10_000):
         """Irradiance of each disc, (seeds, N), and its standard error, RGB sums."""

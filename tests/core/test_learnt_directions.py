@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from detp.core import parallel
-from detp.core.photons.emission import lights_of
 from detp.core.direct.direct_light import LEARN_AFTER, DirectLight
 from detp.core.direct.direction_guide import SIDE, DirectionChoice, DirectionSums, cells
 from detp.core.direct.point_groups import LARGEST_GROUP, PointGroups
@@ -12,6 +11,7 @@ from detp.core.direct.spots import Spots
 from detp.core.lights.environment import EnvironmentWorld
 from detp.core.lights.sun import SunLight
 from detp.core.lights.world import UniformWorld
+from detp.core.photons.emission import lights_of
 from detp.core.rays import RayCaster
 from detp.core.scene import Scene
 from detp.core.settings import BakeSettings

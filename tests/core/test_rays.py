@@ -65,6 +65,20 @@ def test_the_number_of_threads_changes_nothing(monkeypatch):
         assert np.array_equal(found[0].points, other.points)
 
 
+def test_what_is_no_farther_than_asked_for_is_found():
+    generator = np.random.default_rng(4)
+    corners = generator.uniform(-1, 1, (60, 1, 3)) + 0.3 * generator.normal(size=(60, 3, 3))
+    origins, directions = generator.normal(size=(2, 500, 3))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    caster = RayCaster(corners)
+    whole = caster.first_hits(origins, directions)
+    assert 50 < (whole.triangle >= 0).sum() < 450
+    far = np.linalg.norm(whole.points - origins, axis=1)
+    near = caster.first_hits(origins, directions, np.where(np.arange(500) % 2, far, 0.5 * far))
+    assert np.array_equal(near.triangle[1::2], whole.triangle[1::2])
+    assert (near.triangle[::2] < 0).all()
+
+
 def test_no_rays_and_a_scene_without_extent():
     point = np.zeros((1, 3, 3))
     hits = RayCaster(point).first_hits(np.zeros((0, 3)), np.zeros((0, 3)))

@@ -28,7 +28,12 @@ class Bake:
     """Made-up light whose noise falls as it does: at every point 1 W/m^2 directly, and 1 W/m^2 by photons."""
 
     def __init__(self, settings, ray_noise=0.5, photon_noise=100.0, rays=True, photons=True, lit=True):
-        rays_of_points = {"rays_per_round": 8 * POINTS, "points": POINTS, "rays": 0, "around_each": lambda values: values}
+        rays_of_points = {
+            "rays_per_round": 8 * POINTS,
+            "points": POINTS,
+            "rays": 0,
+            "around_each": lambda values: values,
+        }
         self.direct = SimpleNamespace(done=0, exact=False, **rays_of_points) if rays else None
         self.photons = SimpleNamespace(particles=0, segments=0, crossings=0) if photons else None
         self.noises, self.lit = (ray_noise, photon_noise), lit

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 import time
 import traceback
-from collections.abc import Generator, Iterator
-from contextlib import closing, contextmanager
+from collections.abc import Generator
+from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -44,32 +43,30 @@ class Batch:
 def bake_batch(batch: Batch) -> int:
     """Bake every scene of ``batch``, print what was done, and return how many scenes failed.
 
-    Raises UnwritableFileError before any work when the report cannot be written, and KeyboardInterrupt on Ctrl-C:
-    the scene that was being baked is then left as it was.
+    Raises UnwritableFileError before any work when the report cannot be written.
     """
     if batch.report is not None:
         check_writable(batch.report)
     display = ProgressDisplay(sys.stdout, batch.quiet)
     entries, failures = [], {}
     try:
-        with _interruptible() as check_interrupt:
-            for job in batch.jobs:
-                entry = {"scene": str(job.scene), "output": None}
-                try:
-                    entry = _bake_file(job, batch.request, display, check_interrupt)
-                    if job.preview is not None:
-                        _draw(job, batch.request, display)
-                except DetpError as error:
-                    failures[job.scene] = str(error)
-                except Exception:  # a fault of ours on one scene must not cost the user the other scenes
-                    display.end()
-                    traceback.print_exc()
-                    failures[job.scene] = "The program failed here, by its own fault: please report the lines above."
-                if job.scene in failures:
-                    entry["error"] = failures[job.scene]
-                    display.end()
-                    print(f"{job.scene}: {failures[job.scene]}", file=sys.stderr, flush=True)
-                entries.append(entry)
+        for job in batch.jobs:
+            entry = {"scene": str(job.scene), "output": None}
+            try:
+                entry = _bake_file(job, batch.request, display)
+                if job.preview is not None:
+                    _draw(job, batch.request, display)
+            except DetpError as error:
+                failures[job.scene] = str(error)
+            except Exception:  # a fault of ours on one scene must not cost the user the other scenes
+                display.end()
+                traceback.print_exc()
+                failures[job.scene] = "The program failed here, by its own fault: please report the lines above."
+            if job.scene in failures:
+                entry["error"] = failures[job.scene]
+                display.end()
+                print(f"{job.scene}: {failures[job.scene]}", file=sys.stderr, flush=True)
+            entries.append(entry)
     finally:
         display.end()
         if batch.report is not None and entries:
@@ -87,7 +84,7 @@ def _summarise(count: int, failures: dict[Path, str]) -> None:
         print(f"  {scene}: {reason}", file=sys.stderr, flush=True)
 
 
-def _bake_file(job: SceneJob, request: BakeRequest, display: ProgressDisplay, check_interrupt) -> dict:
+def _bake_file(job: SceneJob, request: BakeRequest, display: ProgressDisplay) -> dict:
     """Bake and save one scene, say so, and return its entry in the report."""
     for path in (job.output, job.preview):
         if path is not None:
@@ -100,7 +97,7 @@ def _bake_file(job: SceneJob, request: BakeRequest, display: ProgressDisplay, ch
     # Saving takes about as long as opening, and counts against the time of the bake as well.
     spent = 2.0 * (time.perf_counter() - begin)
     steps = bake_scene(bpy.context.scene, bpy.context.view_layer, request, spent=spent)
-    report = _finished(steps, job, display, check_interrupt)
+    report = _finished(steps, job, display)
     with blender_silenced():
         save_blend(job.output, compressed)
     report = replace(report, scene=str(job.scene), output=str(job.output), warnings=(*opening, *report.warnings))
@@ -110,7 +107,7 @@ def _bake_file(job: SceneJob, request: BakeRequest, display: ProgressDisplay, ch
     return report.as_json()
 
 
-def _finished(steps: Generator, job: SceneJob, display: ProgressDisplay, check_interrupt) -> BakeReport:
+def _finished(steps: Generator, job: SceneJob, display: ProgressDisplay) -> BakeReport:
     """Take all the steps of a bake and return what it returns."""
     with closing(steps):
         while True:
@@ -118,9 +115,7 @@ def _finished(steps: Generator, job: SceneJob, display: ProgressDisplay, check_i
                 with blender_silenced():
                     progress = next(steps)
             except StopIteration as stop:
-                check_interrupt()
                 return stop.value
-            check_interrupt()
             display.show(job.scene.stem, progress)
 
 
@@ -131,31 +126,3 @@ def _draw(job: SceneJob, request: BakeRequest, display: ProgressDisplay) -> None
         scene, layer = bpy.context.scene, bpy.context.view_layer
         replace_file(job.preview, lambda made: exposures.append(render_preview(scene, layer, request.attribute, made)))
     display.line(f"Drew {job.preview}, exposed by {round(exposures[0], 1) + 0.0:+.1f} stops")
-
-
-@contextmanager
-def _interruptible() -> Iterator:
-    """Make Ctrl-C raise KeyboardInterrupt here, and yield a function that raises it when Blender swallowed it.
-
-    Blender in background mode has a handler of its own, and prints exceptions inside render engines and goes on.
-    """
-    interrupted = []
-
-    def interrupt(signum, frame):
-        interrupted.append(signum)
-        raise KeyboardInterrupt
-
-    def check() -> None:
-        if interrupted:
-            raise KeyboardInterrupt
-
-    try:
-        before = signal.signal(signal.SIGINT, interrupt)
-    except ValueError:  # not in the main thread, where no signal arrives anyway
-        yield check
-        return
-    try:
-        yield check
-    finally:
-        # None stands for Blender's own handler in C, which cannot be put back from here.
-        signal.signal(signal.SIGINT, signal.default_int_handler if before is None else before)

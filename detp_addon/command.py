@@ -6,16 +6,13 @@ The program that pip installs and ``blender --command detp`` are this one.
 from __future__ import annotations
 
 import argparse
-import os
-import shutil
 import sys
-from contextlib import suppress
 from pathlib import Path
-from typing import NoReturn
 
 from ..core.errors import DetpError, InvalidSettingError
 from ..core.settings import DIRECT_LIGHT, ESTIMATORS, GATHERERS, QUALITIES, BakeSettings
 from .blender_output import blender_silenced
+from .interrupts import end_on_signals
 from .study_command import add_study
 from .tradeoff_command import add_tradeoff
 
@@ -43,24 +40,16 @@ def main(argv: list[str] | None = None) -> int:
         return CANCELLED
 
 
-def console() -> NoReturn:
-    """Run the command as a program of its own, and end the process."""
-    status = main()
-    with suppress(BrokenPipeError):
-        sys.stdout.flush()
-        sys.stderr.flush()
-    if "bpy" in sys.modules:
-        # Blender as a module may hang, crash or print notes on its memory at exit, after all is done.
-        shutil.rmtree(sys.modules["bpy"].app.tempdir, ignore_errors=True)
-        os._exit(status)
-    sys.exit(status)
-
-
 def register_command():
     """Make ``blender --command detp`` run this program; returns the handle to unregister it with."""
     import bpy
 
-    return bpy.utils.register_cli_command("detp", main)
+    return bpy.utils.register_cli_command("detp", _inside_blender)
+
+
+def _inside_blender(argv: list[str]) -> int:
+    end_on_signals(alone=False)
+    return main(argv)
 
 
 def unregister_command(handle) -> None:

@@ -2,7 +2,6 @@
 
 import errno
 import json
-import signal
 
 import bpy
 import numpy as np
@@ -264,13 +263,6 @@ def test_a_preview_that_fails_does_not_hide_the_bake(scene, tmp_path, capsys, mo
     (entry,) = json.loads(report.read_text())
     assert entry["output"] == str(tmp_path / "scene_baked.blend") and entry["error"] == "Blender could not draw."
     assert (tmp_path / "scene_baked.blend").exists() and not (tmp_path / "p.png").exists()
-
-
-def test_ctrl_c_is_ours_while_baking_even_where_blender_has_its_own_handler(scene, monkeypatch):
-    handlers = []
-    monkeypatch.setattr(batch.signal, "signal", lambda _, handler: handlers.append(handler))  # None: set in C
-    assert main(["bake", str(scene), *QUICK, "--quiet"]) == 0
-    assert len(handlers) == 2 and handlers[1] is signal.default_int_handler
 
 
 def test_direct_and_indirect_light_apart_add_up(scene, tmp_path):

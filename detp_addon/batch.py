@@ -19,6 +19,7 @@ from .job import BakeRequest, bake_scene
 from .preview import render_preview
 from .progress import ProgressDisplay
 from .report import BakeReport, to_json
+from .terminal import complain
 
 
 @dataclass(frozen=True)
@@ -60,12 +61,13 @@ def bake_batch(batch: Batch) -> int:
                 failures[job.scene] = str(error)
             except Exception:  # a fault of ours on one scene must not cost the user the other scenes
                 display.end()
-                traceback.print_exc()
+                for line in traceback.format_exc().splitlines():
+                    complain(line)
                 failures[job.scene] = "The program failed here, by its own fault: please report the lines above."
             if job.scene in failures:
                 entry["error"] = failures[job.scene]
                 display.end()
-                print(f"{job.scene}: {failures[job.scene]}", file=sys.stderr, flush=True)
+                complain(f"{job.scene}: {failures[job.scene]}")
             entries.append(entry)
     finally:
         display.end()
@@ -79,9 +81,9 @@ def _summarise(count: int, failures: dict[Path, str]) -> None:
     """After several scenes, say once more which failed, where it cannot be missed."""
     if count < 2 or not failures:
         return
-    print(f"{len(failures)} of {count} scenes failed:", file=sys.stderr)
+    complain(f"{len(failures)} of {count} scenes failed:")
     for scene, reason in failures.items():
-        print(f"  {scene}: {reason}", file=sys.stderr, flush=True)
+        complain(f"  {scene}: {reason}")
 
 
 def _bake_file(job: SceneJob, request: BakeRequest, display: ProgressDisplay) -> dict:

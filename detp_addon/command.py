@@ -6,14 +6,15 @@ The program that pip installs and ``blender --command detp`` are this one.
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
+from typing import NoReturn
 
 from ..core.errors import DetpError, InvalidSettingError
 from ..core.settings import DIRECT_LIGHT, ESTIMATORS, GATHERERS, QUALITIES, BakeSettings
 from .blender_output import blender_silenced
 from .interrupts import end_on_signals
 from .study_command import add_study
+from .terminal import complain, escaped
 from .tradeoff_command import add_tradeoff
 
 DONE, FAILED, USAGE, CANCELLED = 0, 1, 2, 130
@@ -30,13 +31,13 @@ def main(argv: list[str] | None = None) -> int:
     except SystemExit as exit_request:  # argparse's way of saying --help or wrong usage
         return exit_request.code
     except InvalidSettingError as error:
-        print(f"detp: {error}", file=sys.stderr)
+        complain(f"detp: {error}")
         return USAGE
     except DetpError as error:
-        print(f"detp: {error}", file=sys.stderr)
+        complain(f"detp: {error}")
         return FAILED
     except KeyboardInterrupt:
-        print("\ndetp: cancelled", file=sys.stderr)
+        complain("detp: cancelled")
         return CANCELLED
 
 
@@ -59,8 +60,15 @@ def unregister_command(handle) -> None:
     bpy.utils.unregister_cli_command(handle)
 
 
+class _Parser(argparse.ArgumentParser):
+    """Tells wrong usage without letting an argument, such as the name of a strange file, steer the terminal."""
+
+    def error(self, message: str) -> NoReturn:
+        super().error(escaped(message))
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="detp", description="Bake global illumination into vertex colours of Blender scenes.", epilog=_EPILOG
     )
     commands = parser.add_subparsers(metavar="COMMAND", required=True)

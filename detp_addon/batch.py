@@ -14,12 +14,13 @@ import bpy
 
 from ..core.errors import DetpError
 from .blender_output import blender_silenced
-from .files import check_readable, check_writable, is_compressed, open_blend, replace_file, save_blend
+from .files import check_readable, is_compressed, open_blend
 from .job import BakeRequest, bake_scene
 from .preview import render_preview
 from .progress import ProgressDisplay
 from .report import BakeReport, to_json
 from .terminal import complain
+from .write_files import check_writable, replace_file, save_blend, write_text
 
 
 @dataclass(frozen=True)
@@ -44,36 +45,40 @@ class Batch:
 def bake_batch(batch: Batch) -> int:
     """Bake every scene of ``batch``, print what was done, and return how many scenes failed.
 
-    Raises UnwritableFileError before any work when the report cannot be written.
+    The report is written after each scene, so that it outlives whatever happens to the next. Raises UnwritableFileError
+    before any work when that is not possible, and after it when it was not.
     """
     if batch.report is not None:
         check_writable(batch.report)
     display = ProgressDisplay(sys.stdout, batch.quiet)
-    entries, failures = [], {}
-    try:
-        for job in batch.jobs:
-            entry = {"scene": str(job.scene), "output": None}
-            try:
-                entry = _bake_file(job, batch.request, display)
-                if job.preview is not None:
-                    _draw(job, batch.request, display)
-            except DetpError as error:
-                failures[job.scene] = str(error)
-            except Exception:  # a fault of ours on one scene must not cost the user the other scenes
-                display.end()
-                for line in traceback.format_exc().splitlines():
-                    complain(line)
-                failures[job.scene] = "The program failed here, by its own fault: please report the lines above."
-            if job.scene in failures:
-                entry["error"] = failures[job.scene]
-                display.end()
-                complain(f"{job.scene}: {failures[job.scene]}")
-            entries.append(entry)
-    finally:
+    entries, failures, unreported = [], {}, None
+    for job in batch.jobs:
+        entry = {"scene": str(job.scene), "output": None}
+        entries.append(entry)
+        try:
+            entry |= _bake_file(job, batch.request, display)
+            if job.preview is not None:
+                _draw(job, batch.request, display)
+        except DetpError as error:
+            failures[job.scene] = str(error)
+        except Exception:  # a fault of ours on one scene must not cost the user the other scenes
+            display.end()
+            for line in traceback.format_exc().splitlines():
+                complain(line)
+            failures[job.scene] = "The program failed here, by its own fault: please report the lines above."
         display.end()
-        if batch.report is not None and entries:
-            replace_file(batch.report, lambda made: made.write_text(to_json(entries), encoding="utf-8"))
+        if job.scene in failures:
+            entry["error"] = failures[job.scene]
+            complain(f"{job.scene}: {failures[job.scene]}")
+        if batch.report is not None:
+            try:
+                write_text(batch.report, to_json(entries))
+                unreported = None
+            except DetpError as error:
+                unreported = error
     _summarise(len(batch.jobs), failures)
+    if unreported is not None:
+        raise unreported
     return len(failures)
 
 

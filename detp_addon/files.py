@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 from ..core.errors import InvalidSettingError, UnreadableFileError
-from .blend_blocks import GZIP, PLAIN, ZSTD
+from .blend_blocks import GZIP, PLAIN, ZSTD, check_sound, is_special
 from .write_files import reason
 
 
@@ -72,6 +72,8 @@ def _suffixed(path: str, suffix: str) -> Path:
 
 def check_readable(path: Path) -> None:
     """Raise UnreadableFileError unless ``path`` is a file that starts like a .blend."""
+    if is_special(path):
+        raise UnreadableFileError(f"'{path}' is a pipe or a device, not a .blend file.")
     try:
         with open(path, "rb") as file:
             start = file.read(len(PLAIN))
@@ -95,6 +97,7 @@ def open_blend(path: Path) -> list[str]:
     import bpy
 
     check_readable(path)
+    check_sound(path)
     try:
         bpy.ops.wm.open_mainfile(filepath=str(path.absolute()), load_ui=True, use_scripts=False)
     except RuntimeError as error:

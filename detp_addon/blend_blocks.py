@@ -6,6 +6,7 @@ Blender follows a file of zeros for ever, and opens whatever a scene names, a pi
 from __future__ import annotations
 
 import gzip
+import io
 import os
 import re
 import stat
@@ -34,6 +35,9 @@ _UNPACKING_ERRORS = (OSError, EOFError, zlib.error, *([zstandard.ZstdError] if z
 
 #: what no real scene unpacks to: so many times its size, beside so many bytes
 _LARGEST_RATIO, _LARGEST_SMALL = 1000, 1 << 30
+
+#: bytes that are unpacked at a time
+_PIECE = 1 << 18
 
 
 class CutShortError(UnreadableFileError):
@@ -106,9 +110,10 @@ class _Unpacked:
         self._left = _LARGEST_RATIO * os.fstat(file.fileno()).st_size + _LARGEST_SMALL
         self._file, self._plain = file, False
         if start.startswith(GZIP):
-            self._file = gzip.GzipFile(fileobj=file)
+            self._file = io.BufferedReader(gzip.GzipFile(fileobj=file), _PIECE)
         elif start == ZSTD and zstandard is not None:
-            self._file = zstandard.ZstdDecompressor().stream_reader(file, read_across_frames=True)
+            unpacking = zstandard.ZstdDecompressor().stream_reader(file, read_size=_PIECE, read_across_frames=True)
+            self._file = io.BufferedReader(unpacking, _PIECE)
         else:
             self._plain = True
 
@@ -124,7 +129,7 @@ class _Unpacked:
 
     def _parts(self, size: int) -> Iterator[bytes]:
         try:
-            while size > 0 and (part := self._file.read(min(size, 1 << 20))):
+            while size > 0 and (part := self._file.read(min(size, _PIECE))):
                 size -= len(part)
                 self._left -= len(part)
                 if self._left < 0:

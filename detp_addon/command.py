@@ -6,6 +6,7 @@ The program that pip installs and ``blender --command detp`` are this one.
 from __future__ import annotations
 
 import argparse
+from contextlib import suppress
 from pathlib import Path
 from typing import NoReturn
 
@@ -49,7 +50,8 @@ def register_command():
 
 
 def _inside_blender(argv: list[str]) -> int:
-    end_on_signals(alone=False)
+    with suppress(ValueError):  # not in the main thread, where no signal arrives anyway
+        end_on_signals(alone=False)
     return main(argv)
 
 

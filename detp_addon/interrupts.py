@@ -7,6 +7,7 @@ thread, would wait for Blender, which swallows it, or crashes while it is being 
 from __future__ import annotations
 
 import os
+import select
 import signal
 import threading
 from collections.abc import Callable
@@ -56,7 +57,8 @@ def _blocked(signals: set[int]) -> Callable[[], int]:
 def _noted(signals: set[int]) -> Callable[[], int]:
     """Handlers that only note the signal where a thread can wait for it."""
     reader, writer = os.pipe()
-    os.set_blocking(writer, False)
+    if os.name != "nt":
+        os.set_blocking(writer, False)
     for each in signals:
         signal.signal(each, lambda *_: None)
     signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
@@ -66,9 +68,9 @@ def _noted(signals: set[int]) -> Callable[[], int]:
 def _end(wait: Callable[[], int], terminal: int | None) -> None:
     number = wait()
     _last.acquire()
-    if terminal is not None:
-        with suppress(OSError):
-            os.set_blocking(terminal, False)  # a pipe that nobody reads must not keep us
+    with suppress(OSError, ValueError, TypeError):
+        # A pipe that is full and that nobody reads must not keep us.
+        if os.name == "nt" or select.select([], [terminal], [], 0)[1]:
             os.write(terminal, b"\ndetp: cancelled\n")
     remove_all()
     os._exit(128 + number)

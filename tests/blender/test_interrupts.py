@@ -30,8 +30,8 @@ def started(tmp_path):
     def start(*arguments, **options):
         environment = {**os.environ, "TMPDIR": str(tmp_path / "tmp")}
         return subprocess.Popen(
-            [str(part) for part in (*command, *arguments)], env=environment, stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE, text=True, **{**FRESH, **options},
+            [str(part) for part in (*command, *arguments)], env=environment, stdout=subprocess.PIPE, text=True,
+            **{"stderr": subprocess.PIPE, **FRESH, **options},
         )  # fmt: skip
 
     start.clean = lambda: (
@@ -100,3 +100,24 @@ time.sleep(30)"""
 def test_inside_blender_whose_threads_run_already_signals_end_it_too(name):
     done = subprocess.run([sys.executable, "-c", NOTED.format(name)], capture_output=True, text=True, **FRESH)
     assert (done.returncode, done.stderr.strip()) == (128 + getattr(signal, name), "detp: cancelled")
+
+
+def test_a_pipe_that_nobody_reads_does_not_hold_up_the_end(started):
+    reader, writer = os.pipe()
+    os.set_blocking(writer, False)
+    try:
+        while os.write(writer, bytes(4096)):
+            pass
+    except BlockingIOError:
+        os.set_blocking(writer, True)
+    process = started("--photons", 10**10, stderr=writer)
+    process.stdout.readline()
+    assert ended_silently(process) == (128 + signal.SIGTERM, True)
+    os.close(reader)
+    os.close(writer)
+
+
+def ended_silently(process):
+    begin = time.monotonic()
+    process.send_signal(signal.SIGTERM)
+    return process.wait(60), time.monotonic() - begin < 2.0

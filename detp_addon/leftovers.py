@@ -20,8 +20,8 @@ except ImportError:  # Windows: nothing is marked as ours, so nothing of a kille
     fcntl = None
 
 _LOCK = re.compile(r"\.detp-[0-9a-f]{8}\.lock")
-#: the locks of this process, which are open as long as it lives
-_ours: dict[Path, int] = {}
+#: the locks of this process, which are open as long as it lives; None where there are no locks
+_ours: dict[Path, int | None] = {}
 _making = threading.Lock()
 
 
@@ -94,6 +94,7 @@ def _tried(folder: Path) -> Path | None:
     """One attempt at :func:`_locked`; None when another run swept in this very moment."""
     lock = folder / f".detp-{secrets.token_hex(4)}.lock"
     if fcntl is None:
+        _ours[lock] = None
         return lock
     descriptor = os.open(lock, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o600)
     try:
@@ -106,6 +107,7 @@ def _tried(folder: Path) -> Path | None:
     except OSError:  # no locks there: without a lock file nobody will take what is made for left-overs
         os.close(descriptor)
         lock.unlink()
+        _ours[lock] = None
         return lock
     os.close(descriptor)
     return None

@@ -238,3 +238,16 @@ def test_left_overs_of_the_dead_are_swept_and_those_of_the_living_are_not(tmp_pa
     assert len(os.listdir(tmp_path)) == 8
     write_text(tmp_path / "a.json", "[]")
     assert sorted(os.listdir(tmp_path)) == sorted([".detp-87654321.lock", "a.json", *(path.name for path in others)])
+
+
+def test_where_there_are_no_locks_files_are_made_and_removed_all_the_same(tmp_path, monkeypatch):
+    def no_locks(*_):
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr("fcntl.flock", no_locks)
+    with temporary_name(tmp_path, ".json") as made:
+        made.write_text("half")
+        assert os.listdir(tmp_path) == [made.name]
+    assert os.listdir(tmp_path) == []
+    write_text(tmp_path / "a.json", "[]")
+    assert os.listdir(tmp_path) == ["a.json"]

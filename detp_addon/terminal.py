@@ -15,6 +15,11 @@ def escaped(text: str) -> str:
     return _UNSHOWN.sub(lambda found: found[0].encode("unicode_escape").decode("ascii"), text)
 
 
+def harmless(text: str) -> str:
+    """``text`` of several lines, all else of it that steers a terminal written out."""
+    return _UNSHOWN.sub(lambda found: found[0] if found[0] in "\t\r\n" else escaped(found[0]), text)
+
+
 def say(text: str, stream: TextIO | None = None) -> bool:
     """Print ``text`` as one line on ``stream`` (standard output when None); return whether somebody could read it."""
     return put(escaped(text) + "\n", sys.stdout if stream is None else stream)

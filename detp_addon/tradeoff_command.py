@@ -10,7 +10,7 @@ from pathlib import Path
 from ..core.compiled import compile_now, kernels
 from .files import check_readable
 from .steps import printed
-from .terminal import complain, say
+from .terminal import complain, escaped, say
 from .tradeoff_candidates import GROUPS, NAMES
 from .write_files import made_folder
 
@@ -99,7 +99,7 @@ def _tradeoff(arguments: argparse.Namespace) -> int:
             "scene": str(scene), "command": f"detp tradeoff {scene.name}{_options(arguments)}", "machine": machine,
             "compiled": _compiled(), "warnings": warnings + _refused(measured.done),
         }  # fmt: skip
-        report.write(found, facts, folder, _drawn(found, scene.stem, folder, quiet=run + 1 < plan.runs))
+        report.write(found, facts, folder, _drawn(found, escaped(scene.stem), folder, quiet=run + 1 < plan.runs))
     say(f"Saved {folder / 'tradeoff.md'}, tradeoff.json and tradeoff.csv")
     return 0
 

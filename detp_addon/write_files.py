@@ -12,6 +12,7 @@ from pathlib import Path
 from ..core.errors import DetpError, DiskFullError, InvalidSettingError, UnreadableFileError, UnwritableFileError
 from .blend_blocks import CutShortError, is_special
 from .leftovers import temporary_name
+from .terminal import harmless
 from .whole_files import check_whole
 
 #: how systems say that nothing more goes there: no space, no quota, a limit on the size of files
@@ -79,11 +80,11 @@ def replace_file(path: Path, write: Callable[[Path], None], room: int = 0) -> No
 
 
 def write_text(path: Path, text: str) -> None:
-    """Replace the file at ``path`` by ``text`` in UTF-8, with halves of characters (from names that are none) escaped.
+    """Replace the file at ``path`` by ``text`` in UTF-8, without what would steer a terminal that shows it.
 
     Raises as :func:`replace_file` does.
     """
-    content = text.encode("utf-8", "backslashreplace")
+    content = harmless(text).encode("utf-8")
 
     def write(made: Path) -> None:
         made.write_bytes(content)

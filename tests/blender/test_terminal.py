@@ -10,7 +10,7 @@ import pytest
 from detp.detp_addon.command import main
 from detp.detp_addon.progress import ProgressDisplay
 from detp.detp_addon.report import to_json
-from detp.detp_addon.terminal import complain, escaped, put, say
+from detp.detp_addon.terminal import complain, escaped, harmless, put, say
 from small_scenes import box_on_floor, saved
 
 PROGRAM = [sys.executable, "-c", "from detp.detp_addon.console import console; console()", "bake"]
@@ -22,6 +22,7 @@ def test_what_steers_a_terminal_is_written_out():
     shown = r"a\x1b]0;owned\x07\x1b[2J\r\nSaved it\x9b31m\u202e\u2028\udcff"
     assert escaped(EVIL) == shown
     assert escaped("Zimmer 4 größer, 部屋") == "Zimmer 4 größer, 部屋"
+    assert harmless("a\tb\r\n\x1b[31m\udcff\n") == "a\tb\r\n\\x1b[31m\\udcff\n"
     stream = io.StringIO()
     assert say(EVIL, stream) and stream.getvalue() == shown + "\n"
     display = ProgressDisplay(stream)

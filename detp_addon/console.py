@@ -1,19 +1,21 @@
-"""The ``detp`` program as a process of its own; imports nothing large before signals are looked after."""
+"""The ``detp`` program as a process of its own; imports nothing before signals are held back."""
 
 from __future__ import annotations
 
 import os
+import signal
 import sys
-import traceback
-from contextlib import suppress
-from typing import NoReturn
-
-from .interrupts import end_on_signals, finish
-from .leftovers import own_temporary_folder
 
 
-def console() -> NoReturn:
+def console() -> None:
     """Run the command with the process's arguments and end the process with its exit status."""
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM, signal.SIGHUP})
+    from contextlib import suppress
+
+    from .interrupts import end_on_signals, finish
+    from .leftovers import own_temporary_folder
+
     end_on_signals(alone=True)
     _open_closed_streams()
     own_temporary_folder()
@@ -22,7 +24,7 @@ def console() -> NoReturn:
 
         status = main()
     except BaseException:
-        traceback.print_exc()
+        sys.excepthook(*sys.exc_info())
         status = 1
     for stream in (sys.stdout, sys.stderr):
         with suppress(OSError, ValueError, AttributeError):

@@ -54,3 +54,7 @@ class SceneBusyError(DetpError):
 
 class UnwritableFileError(DetpError):
     """An output cannot be written."""
+
+
+class DiskFullError(UnwritableFileError):
+    """An output has no room: the disk is full, or a quota or limit is reached."""

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 import time
 import traceback
-from collections.abc import Generator, Iterator
-from contextlib import closing, contextmanager
+from collections.abc import Generator
+from contextlib import closing
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -17,12 +16,14 @@ from ..core.errors import DetpError
 from .blender_output import blender_silenced
 from .chosen_objects import chosen_objects, targets_in
 from .chosen_views import View, ViewChoice, chosen_views, shared_objects
-from .files import check_readable, check_writable, is_compressed, open_blend, replace_file, save_blend
+from .files import check_readable, is_compressed, open_blend
 from .job import BakeRequest, bake_scene
 from .modifiers import apply_modifiers
 from .preview import render_preview
 from .progress import ProgressDisplay
 from .report import BakeReport, to_json
+from .terminal import complain
+from .write_files import check_writable, replace_file, save_blend, write_text
 
 
 @dataclass(frozen=True)
@@ -49,38 +50,41 @@ class Batch:
 def bake_batch(batch: Batch) -> int:
     """Bake every scene of ``batch``, print what was done, and return how many scenes failed.
 
-    Raises UnwritableFileError before any work when the report cannot be written, and KeyboardInterrupt on Ctrl-C:
-    the scene that was being baked is then left as it was.
+    The report is written after each scene, so that it outlives whatever happens to the next. Raises UnwritableFileError
+    before any work when that is not possible, and after it when it was not.
     """
     if batch.report is not None:
         check_writable(batch.report)
     display = ProgressDisplay(sys.stdout, batch.quiet)
-    entries, failures = [], {}
-    try:
-        with _interruptible() as check_interrupt:
-            for job in batch.jobs:
-                baked = []
-                try:
-                    views = _bake_file(job, batch, display, check_interrupt, baked)
-                    if job.preview is not None:
-                        _draw(job, batch.request, views, display)
-                except DetpError as error:
-                    failures[job.scene] = str(error)
-                except Exception:  # a fault of ours on one scene must not cost the user the other scenes
-                    display.end()
-                    traceback.print_exc()
-                    failures[job.scene] = "The program failed here, by its own fault: please report the lines above."
-                if job.scene in failures:
-                    baked = baked or [{"scene": str(job.scene), "output": None}]
-                    baked[-1]["error"] = failures[job.scene]
-                    display.end()
-                    print(f"{job.scene}: {failures[job.scene]}", file=sys.stderr, flush=True)
-                entries += baked
-    finally:
+    entries, failures, unreported = [], {}, None
+    for job in batch.jobs:
+        baked = []
+        try:
+            views = _bake_file(job, batch, display, baked)
+            if job.preview is not None:
+                _draw(job, batch.request, views, display)
+        except DetpError as error:
+            failures[job.scene] = str(error)
+        except Exception:  # a fault of ours on one scene must not cost the user the other scenes
+            display.end()
+            for line in traceback.format_exc().splitlines():
+                complain(line)
+            failures[job.scene] = "The program failed here, by its own fault: please report the lines above."
         display.end()
-        if batch.report is not None and entries:
-            replace_file(batch.report, lambda made: made.write_text(to_json(entries), encoding="utf-8"))
+        if job.scene in failures:
+            baked = baked or [{"scene": str(job.scene), "output": None}]
+            baked[-1]["error"] = failures[job.scene]
+            complain(f"{job.scene}: {failures[job.scene]}")
+        entries += baked
+        if batch.report is not None:
+            try:
+                write_text(batch.report, to_json(entries))
+                unreported = None
+            except DetpError as error:
+                unreported = error
     _summarise(len(batch.jobs), failures)
+    if unreported is not None:
+        raise unreported
     return len(failures)
 
 
@@ -88,12 +92,12 @@ def _summarise(count: int, failures: dict[Path, str]) -> None:
     """After several scenes, say once more which failed, where it cannot be missed."""
     if count < 2 or not failures:
         return
-    print(f"{len(failures)} of {count} scenes failed:", file=sys.stderr)
+    complain(f"{len(failures)} of {count} scenes failed:")
     for scene, reason in failures.items():
-        print(f"  {scene}: {reason}", file=sys.stderr, flush=True)
+        complain(f"  {scene}: {reason}")
 
 
-def _bake_file(job: SceneJob, batch: Batch, display: ProgressDisplay, check_interrupt, entries: list) -> list[View]:
+def _bake_file(job: SceneJob, batch: Batch, display: ProgressDisplay, entries: list) -> list[View]:
     """Bake and save one file, say so, add an entry of the report for each view baked, and return these views."""
     for path in (job.output, job.preview):
         if path is not None:
@@ -117,7 +121,7 @@ def _bake_file(job: SceneJob, batch: Batch, display: ProgressDisplay, check_inte
             if batch.apply_modifiers:
                 with blender_silenced():
                     opening += apply_modifiers(scene, layer, chosen_objects(scene, layer, request.targets))
-            reports[scene, layer] = _finished(steps, title, display, check_interrupt)
+            reports[scene, layer] = _finished(steps, title, display)
         except DetpError as error:
             refusals.append((scene.name, error))
         spent = 0.0
@@ -139,7 +143,7 @@ def _bake_file(job: SceneJob, batch: Batch, display: ProgressDisplay, check_inte
     return list(reports)
 
 
-def _finished(steps: Generator, title: str, display: ProgressDisplay, check_interrupt) -> BakeReport:
+def _finished(steps: Generator, title: str, display: ProgressDisplay) -> BakeReport:
     """Take all the steps of a bake and return what it returns."""
     with closing(steps):
         while True:
@@ -147,9 +151,7 @@ def _finished(steps: Generator, title: str, display: ProgressDisplay, check_inte
                 with blender_silenced():
                     progress = next(steps)
             except StopIteration as stop:
-                check_interrupt()
                 return stop.value
-            check_interrupt()
             display.show(title, progress)
 
 
@@ -172,31 +174,3 @@ def _with_name(path: Path, name: str) -> Path:
     """The path with a scene's name added, in which a slash or the like would be a folder."""
     plain = "".join(letter if letter.isalnum() or letter in " -_." else "_" for letter in name)
     return path.with_name(f"{path.stem}_{plain}{path.suffix}")
-
-
-@contextmanager
-def _interruptible() -> Iterator:
-    """Make Ctrl-C raise KeyboardInterrupt here, and yield a function that raises it when Blender swallowed it.
-
-    Blender in background mode has a handler of its own, and prints exceptions inside render engines and goes on.
-    """
-    interrupted = []
-
-    def interrupt(signum, frame):
-        interrupted.append(signum)
-        raise KeyboardInterrupt
-
-    def check() -> None:
-        if interrupted:
-            raise KeyboardInterrupt
-
-    try:
-        before = signal.signal(signal.SIGINT, interrupt)
-    except ValueError:  # not in the main thread, where no signal arrives anyway
-        yield check
-        return
-    try:
-        yield check
-    finally:
-        # None stands for Blender's own handler in C, which cannot be put back from here.
-        signal.signal(signal.SIGINT, signal.default_int_handler if before is None else before)

@@ -6,9 +6,6 @@ The program that pip installs and ``blender --command detp`` are this one.
 from __future__ import annotations
 
 import argparse
-import os
-import shutil
-import sys
 from contextlib import suppress
 from pathlib import Path
 from typing import NoReturn
@@ -16,7 +13,9 @@ from typing import NoReturn
 from ..core.errors import DetpError, InvalidSettingError
 from ..core.settings import DIRECT_LIGHT, ESTIMATORS, GATHERERS, INDIRECT_LIGHT, QUALITIES, BakeSettings
 from .blender_output import blender_silenced
+from .interrupts import end_on_signals
 from .study_command import add_study
+from .terminal import complain, escaped
 from .tradeoff_command import add_tradeoff
 
 DONE, FAILED, USAGE, CANCELLED = 0, 1, 2, 130
@@ -33,34 +32,27 @@ def main(argv: list[str] | None = None) -> int:
     except SystemExit as exit_request:  # argparse's way of saying --help or wrong usage
         return exit_request.code
     except InvalidSettingError as error:
-        print(f"detp: {error}", file=sys.stderr)
+        complain(f"detp: {error}")
         return USAGE
     except DetpError as error:
-        print(f"detp: {error}", file=sys.stderr)
+        complain(f"detp: {error}")
         return FAILED
     except KeyboardInterrupt:
-        print("\ndetp: cancelled", file=sys.stderr)
+        complain("detp: cancelled")
         return CANCELLED
-
-
-def console() -> NoReturn:
-    """Run the command as a program of its own, and end the process."""
-    status = main()
-    with suppress(BrokenPipeError):
-        sys.stdout.flush()
-        sys.stderr.flush()
-    if "bpy" in sys.modules:
-        # Blender as a module may hang, crash or print notes on its memory at exit, after all is done.
-        shutil.rmtree(sys.modules["bpy"].app.tempdir, ignore_errors=True)
-        os._exit(status)
-    sys.exit(status)
 
 
 def register_command():
     """Make ``blender --command detp`` run this program; returns the handle to unregister it with."""
     import bpy
 
-    return bpy.utils.register_cli_command("detp", main)
+    return bpy.utils.register_cli_command("detp", _inside_blender)
+
+
+def _inside_blender(argv: list[str]) -> int:
+    with suppress(ValueError):  # not in the main thread, where no signal arrives anyway
+        end_on_signals(alone=False)
+    return main(argv)
 
 
 def unregister_command(handle) -> None:
@@ -70,8 +62,15 @@ def unregister_command(handle) -> None:
     bpy.utils.unregister_cli_command(handle)
 
 
+class _Parser(argparse.ArgumentParser):
+    """Tells wrong usage without letting an argument, such as the name of a strange file, steer the terminal."""
+
+    def error(self, message: str) -> NoReturn:
+        super().error(escaped(message))
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="detp", description="Bake global illumination into vertex colours of Blender scenes.", epilog=_EPILOG
     )
     commands = parser.add_subparsers(metavar="COMMAND", required=True)

@@ -1,19 +1,13 @@
-"""Scene files and outputs: checked before the work, opened without running scripts, saved in one stroke."""
+"""Scene files and where their outputs go: checked before the work, opened without running scripts."""
 
 from __future__ import annotations
 
 import os
-import secrets
-import shutil
-import tempfile
-from collections.abc import Callable
 from pathlib import Path
 
-from ..core.errors import InvalidSettingError, UnreadableFileError, UnwritableFileError
-
-#: first bytes of a .blend: as it is, or compressed by zstd (Blender 3.0 on) or gzip (before)
-_PLAIN = b"BLENDER"
-_COMPRESSED = (b"\x28\xb5\x2f\xfd", b"\x1f\x8b")
+from ..core.errors import InvalidSettingError, UnreadableFileError
+from .blend_blocks import GZIP, PLAIN, ZSTD, check_sound, is_special
+from .write_files import reason
 
 
 def plan_outputs(scenes: list[Path], output: str | None) -> list[Path]:
@@ -78,9 +72,11 @@ def _suffixed(path: str, suffix: str) -> Path:
 
 def check_readable(path: Path) -> None:
     """Raise UnreadableFileError unless ``path`` is a file that starts like a .blend."""
+    if is_special(path):
+        raise UnreadableFileError(f"'{path}' is a pipe or a device, not a .blend file.")
     try:
         with open(path, "rb") as file:
-            start = file.read(len(_PLAIN))
+            start = file.read(len(PLAIN))
     except FileNotFoundError:
         raise UnreadableFileError(f"The file '{path}' does not exist.") from None
     except IsADirectoryError:
@@ -89,55 +85,8 @@ def check_readable(path: Path) -> None:
         raise UnreadableFileError(f"The file '{path}' cannot be read: {error.strerror}.") from None
     if not start:
         raise UnreadableFileError(f"The file '{path}' is empty.")
-    if start != _PLAIN and not start.startswith(_COMPRESSED):
+    if not start.startswith((PLAIN, ZSTD, GZIP)):
         raise UnreadableFileError(f"The file '{path}' is not a .blend file.")
-
-
-def check_writable(path: Path) -> None:
-    """Raise UnwritableFileError unless a file can be made at ``path``; found out by making one in its folder."""
-    if path.is_dir():
-        raise UnwritableFileError(f"Cannot write '{path}': it is a folder.")
-    if path.exists() and not os.access(path, os.W_OK):
-        raise UnwritableFileError(f"Cannot write '{path}': the file is write-protected.")
-    folder = path.absolute().parent
-    while not folder.exists():
-        folder = folder.parent
-    try:
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError as error:
-        raise UnwritableFileError(f"Cannot write '{path}': {error.strerror}.") from None
-
-
-def made_folder(name: str) -> Path:
-    """The folder of that name, made if need be; raises InvalidSettingError or UnwritableFileError."""
-    folder = Path(name)
-    if folder.exists() and not folder.is_dir():
-        raise InvalidSettingError(f"'{folder}' is a file: name a folder with -o.")
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UnwritableFileError(f"The folder '{folder}' cannot be made: {error.strerror}.") from error
-    return folder
-
-
-def replace_file(path: Path, write: Callable[[Path], None]) -> None:
-    """Let ``write`` make a file under a temporary name beside ``path``, then rename it; missing folders are made.
-
-    Whatever interrupts it, ``path`` is either the whole new file or what it was. Raises UnwritableFileError.
-    """
-    made = path.with_name(f".detp-{secrets.token_hex(4)}-{path.name}")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write(made)
-        if path.exists():
-            shutil.copymode(path, made)
-        os.replace(made, path)
-    except OSError as error:
-        raise UnwritableFileError(f"Cannot write '{path}': {error.strerror or error}.") from None
-    finally:
-        for left in (made, made.with_name(f"{made.name}@")):  # Blender itself writes to a name that ends in @
-            left.unlink(missing_ok=True)
 
 
 def open_blend(path: Path) -> list[str]:
@@ -150,10 +99,11 @@ def open_blend(path: Path) -> list[str]:
     from .edit_mode import opened_from_edit_mode
 
     check_readable(path)
+    check_sound(path)
     try:
         bpy.ops.wm.open_mainfile(filepath=str(path.absolute()), load_ui=True, use_scripts=False)
     except RuntimeError as error:
-        raise UnreadableFileError(f"Blender {bpy.app.version_string} cannot open '{path}': {_reason(error)}.") from None
+        raise UnreadableFileError(f"Blender {bpy.app.version_string} cannot open '{path}': {reason(error)}.") from None
     warnings = opened_from_edit_mode()
     if bpy.data.version[:2] > bpy.app.version[:2]:
         newer = ".".join(str(part) for part in bpy.data.version[:2])
@@ -169,34 +119,11 @@ def open_blend(path: Path) -> list[str]:
     return warnings
 
 
-def save_blend(path: Path, compress: bool) -> None:
-    """Save a copy of the open file at ``path``, with its relative paths made right for that place.
-
-    Raises UnwritableFileError.
-    """
-    import bpy
-
-    def write(made: Path) -> None:
-        try:
-            bpy.ops.wm.save_as_mainfile(
-                filepath=str(made), copy=True, relative_remap=True, compress=compress, check_existing=False
-            )
-        except RuntimeError as error:
-            raise UnwritableFileError(f"Blender cannot write '{path}': {_reason(error)}.") from None
-
-    replace_file(path, write)
-
-
 def is_compressed(path: Path) -> bool:
     """Whether a .blend is compressed, so that its bake can be alike."""
     with open(path, "rb") as file:
-        return file.read(4).startswith(_COMPRESSED)
+        return file.read(4).startswith((ZSTD, GZIP))
 
 
 def _is_blend(path: str) -> bool:
     return path.lower().endswith(".blend")
-
-
-def _reason(error: RuntimeError) -> str:
-    """The heart of Blender's message: no prefix, no repeated file name, no full stop."""
-    return str(error).strip().splitlines()[0].rpartition(": ")[2].rstrip(".")

@@ -15,9 +15,10 @@ import numpy as np
 
 from ..core.bake import BakeResult, Progress, bake
 from ..core.direct.ambient_occlusion import ambient_occlusion
-from ..core.errors import DetpError, InvalidSettingError, UnwritableFileError
+from ..core.errors import DetpError, InvalidSettingError, NoLightError, NoMeshError, UnwritableFileError
 from ..core.estimator.enclosure import unlit
 from ..core.settings import BakeSettings
+from .causes import why_dark, why_no_light, why_nothing_to_bake
 from .chosen_objects import chosen_objects
 from .chosen_views import not_baked
 from .element_values import QUANTITIES, quantity_values, spread
@@ -115,14 +116,17 @@ def bake_scene(
     others = not_baked(scene, view_layer, scenes_too)
     yield JobProgress("Reading the scene", 0.0)
     chosen = chosen_objects(scene, view_layer, request.targets)
-    export = read_scene(scene, view_layer, chosen, request.domain, request.attributes)
+    try:
+        export = read_scene(scene, view_layer, chosen, request.domain, request.attributes)
+    except NoMeshError as error:
+        raise NoMeshError(why_nothing_to_bake(scene, chosen) or str(error)) from None
     targets, refusals = _writable(export.targets, request)
     targets, rows = _points_of(targets, len(export.centres))
     exported = time.perf_counter()
 
     found, stopped = None, False
     with live or nullcontext():
-        for progress in _bake_steps(export, rows, request, start):
+        for progress in _bake_steps(scene, export, rows, request, start):
             found = progress.found or found
             shown = progress.found is not None and live is not None and live.due
             if shown:
@@ -140,6 +144,7 @@ def bake_scene(
     colours, gone = _colours(targets, result, request)
     notes = write_colours(colours, request.domain, request.attribute if request.activate else None)
     end = time.perf_counter()
+    doubts = _doubts(result, request.settings, stopped, export.scene.vertices)
     return BakeReport(
         scene=names[0],
         objects=len(colours),
@@ -166,7 +171,7 @@ def bake_scene(
         left_out=tuple(export.left_out),
         blender_scene=names[0],
         view_layer=names[1],
-        warnings=(*others, *export.warnings, *refusals, *gone, *notes, *_doubts(result, request.settings, stopped)),
+        warnings=(*others, *export.warnings, *refusals, *gone, *notes, *doubts),
     )
 
 
@@ -207,17 +212,22 @@ def _points_of(targets: list[BakeTarget], count: int) -> tuple[list[BakeTarget],
     return moved, np.flatnonzero(used)
 
 
-def _bake_steps(export: ExportedScene, rows: np.ndarray, request: BakeRequest, start: float) -> Iterator[Progress]:
+def _bake_steps(
+    scene: bpy.types.Scene, export: ExportedScene, rows: np.ndarray, request: BakeRequest, start: float
+) -> Iterator[Progress]:
     """The steps of the core's bake, the last of which has the result; ``start`` is when the job began."""
-    scene, settings = export.scene, request.settings
+    surfaces, settings = export.scene, request.settings
     if request.quantity == "ambient-occlusion":
-        scene, settings = ambient_occlusion(scene, settings)
+        surfaces, settings = ambient_occlusion(surfaces, settings)
     if settings.seconds is not None:
         # Writing takes about as long as reading did, and the core gets what is left between.
         reading = time.perf_counter() - start
         left = settings.seconds - reading - WRITING * len(rows)
         settings = replace(settings, seconds=max(left, LEAST_SECONDS))
-    result = yield from bake(scene, export.centres[rows], export.normals[rows], settings, export.inward[rows])
+    try:
+        result = yield from bake(surfaces, export.centres[rows], export.normals[rows], settings, export.inward[rows])
+    except NoLightError as error:
+        raise NoLightError(why_no_light(scene, export.warnings) or str(error)) from None
     yield Progress("Writing the colours", 1.0, result)
 
 
@@ -274,8 +284,8 @@ def _object(target: BakeTarget) -> bpy.types.Object | None:
     return bpy.data.objects.get((target.object_name, target.library))
 
 
-def _doubts(result: BakeResult, settings: BakeSettings, stopped: bool) -> list[str]:
-    """What in the result itself the user should know."""
+def _doubts(result: BakeResult, settings: BakeSettings, stopped: bool, vertices: np.ndarray) -> list[str]:
+    """What in the result itself the user should know; ``vertices`` (V, 3) are those of all surfaces."""
     doubts = []
     aim = settings.aimed_noise
     short = aim is not None and result.relative_error > aim * (1 + 1e-9)
@@ -288,10 +298,7 @@ def _doubts(result: BakeResult, settings: BakeSettings, stopped: bool) -> list[s
             f"{counted(result.photons, 'photon')}: {remedy}, or choose a larger error."
         )
     if not result.irradiance.any():
-        doubts.append(
-            f"None of {counted(result.photons, 'photon')} met a baked surface from its front: look for lights inside "
-            f"solid geometry or normals that point away from the light, or use more photons or a larger radius."
-        )
+        doubts.append(why_dark(vertices, result.photons))
     emitted = np.abs(result.emitted_flux).sum()
     cut = np.abs(result.cut_flux).sum()
     if cut > HARMLESS_CUT * emitted:

@@ -11,6 +11,7 @@ from .job import bake_scene
 from .live_colours import LiveColours
 from .properties import BakeOptions, bake_request, option_names, scene_options
 from .show_light import show_while
+from .terminal import escaped
 from .units import metres_per_unit
 
 #: seconds of work at a time; where Blender is slow to draw, as long as it was away, so that half the time is work
@@ -107,7 +108,7 @@ class DETP_OT_bake(BakeOptions, bpy.types.Operator):
         try:
             request = bake_request(options, metres_per_unit(context.scene))
         except DetpError as error:
-            self.report({"ERROR"}, str(error))
+            self.report({"ERROR"}, escaped(str(error)))
             return None
         live = LiveColours(request.domain, request.attribute if request.activate else None) if self._live else None
         return session.begin(bake_scene(context.scene, context.view_layer, request, live))
@@ -124,11 +125,11 @@ class DETP_OT_bake(BakeOptions, bpy.types.Operator):
         elif self._live:
             self._unshow()
         if outcome.status != session.DONE:
-            self.report({"ERROR" if outcome.status == session.FAILED else "INFO"}, outcome.message)
+            self.report({"ERROR" if outcome.status == session.FAILED else "INFO"}, escaped(outcome.message))
             return {"CANCELLED"}
         for warning in outcome.report.warnings:
-            self.report({"WARNING"}, warning)
-        self.report({"INFO"}, outcome.message)
+            self.report({"WARNING"}, escaped(warning))
+        self.report({"INFO"}, escaped(outcome.message))
         return {"FINISHED"}
 
     def _show_progress(self, context):

@@ -7,6 +7,7 @@ import time
 from typing import TextIO
 
 from .job import JobProgress
+from .terminal import escaped, put
 
 #: seconds between two lines in a pipe, and between two redraws of the bar
 LINE_INTERVAL = 3.0
@@ -17,10 +18,10 @@ BAR_WIDTH = 24
 class ProgressDisplay:
     """Shows the progress of one scene after another on ``stream``, and prints the lines between them."""
 
-    def __init__(self, stream: TextIO, quiet: bool = False):
+    def __init__(self, stream: TextIO | None, quiet: bool = False):
         self._stream = stream
         self._quiet = quiet
-        self._bar = stream.isatty()
+        self._bar = stream is not None and not stream.closed and stream.isatty()
         self._shown = ""
         self._phases: set[str] = set()
         self._last = -float("inf")
@@ -35,6 +36,7 @@ class ProgressDisplay:
             return
         self._phases.add(progress.phase)
         self._last = now
+        title = escaped(title)
         left = f", {_duration(progress.remaining)} left" if progress.remaining is not None else ""
         if not self._bar:
             self._write(f"{title}: {progress.phase}, {progress.fraction:.0%}{left}\n")
@@ -56,14 +58,11 @@ class ProgressDisplay:
     def line(self, text: str) -> None:
         """Print a line of its own."""
         if not self._quiet:
-            self._write(text + "\n")
+            self._write(escaped(text) + "\n")
 
     def _write(self, text: str) -> None:
-        try:
-            self._stream.write(text)
-            self._stream.flush()
-        except BrokenPipeError:  # the reader has seen enough, as in "| head"; the bake goes on
-            self._quiet = True
+        # When the reader has seen enough, as in "| head", or the disk behind a log is full, the bake goes on.
+        self._quiet = not put(text, self._stream)
 
 
 def _duration(seconds: float) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from dataclasses import asdict, dataclass, field
 
 #: words for the phases' seconds, in the order of the report
@@ -80,7 +81,9 @@ class BakeReport:
 
 def to_json(entries: list[dict]) -> str:
     """The report file's text: a list with one entry per scene; a scene that failed has an ``error``."""
-    return json.dumps(entries, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    text = json.dumps(entries, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    # What would steer a terminal that shows the file, and halves of characters from names that are not UTF-8.
+    return re.sub("[\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]", lambda found: f"\\u{ord(found[0]):04x}", text)
 
 
 def counted(number: int, thing: str) -> str:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Generator
 from typing import TypeVar
 
+from .terminal import say
+
 Result = TypeVar("Result")
 
 
@@ -21,6 +23,6 @@ def printed(steps: Generator[str, None, Result]) -> Result:
     """Take all ``steps``, print the sentence that each yields, and return what they return."""
     while True:
         try:
-            print(next(steps), flush=True)
+            say(next(steps))
         except StopIteration as stop:
             return stop.value

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from functools import partial
 from pathlib import Path
 
 from ..core.errors import UnreadableFileError
-from .files import made_folder
 from .steps import printed
+from .terminal import complain, say
+from .write_files import made_folder, write_text
 
 #: the study's own scenes, and the other samples, on which the choice is tried too
 SCANS = ("tree", "atrium")
@@ -61,14 +61,14 @@ def _study(arguments: argparse.Namespace) -> int:
         draw(found, folder)
         pictures = True
     except NoPlotsError as error:
-        print(f"detp: {error}", file=sys.stderr)
+        complain(f"detp: {error}")
         pictures = False
     texts = {"study.json": report.as_json(found)}
     texts["study.md"] = report.as_markdown(found, "detp study --quick" if arguments.quick else "detp study", pictures)
     texts |= {f"{name}.csv": report.as_csv(rows) for name, rows in found.tables.items()}
     for name, text in texts.items():
-        (folder / name).write_text(text, encoding="utf-8", newline="")
-    print(f"Saved {folder / 'study.md'}, study.json and {len(found.tables)} tables")
+        write_text(folder / name, text)
+    say(f"Saved {folder / 'study.md'}, study.json and {len(found.tables)} tables")
     return 0
 
 

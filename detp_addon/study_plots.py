@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from ..core.errors import DetpError
 from ..core.study.report import PLOTS
 from ..core.study.run import Findings
+from .write_files import replace_file
 
 _NAMES = {
     "grid": "Disc Indexing, grid", "tree": "Disc Indexing, tree", "sphere-cache": "Sphere Cache",
@@ -47,7 +49,7 @@ def figure_class():
 def save(figure, folder: Path, name: str) -> None:
     """Write a figure as SVG and PNG."""
     for ending in ("svg", "png"):
-        figure.savefig(folder / f"{name}.{ending}", dpi=110)
+        replace_file(folder / f"{name}.{ending}", partial(figure.savefig, dpi=110))
 
 
 def _radius(figure, tables: dict) -> None:

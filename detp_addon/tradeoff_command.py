@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 
-from .files import check_readable, made_folder
+from .files import check_readable
 from .steps import printed
+from .terminal import complain, escaped, say
 from .tradeoff_candidates import GROUPS, NAMES
+from .write_files import made_folder
 
 #: (most samples of the reference in each half, its noise that is small enough, runs, Cycles' samples, corners)
 _FULL = (2048, 0.01, 3, "1,4,16,64", 3000)
@@ -79,7 +80,7 @@ def _tradeoff(arguments: argparse.Namespace) -> int:
     compared = printed(compared_scene(arguments.points or points))
     warnings = [*warnings, *compared.warnings]
     for warning in compared.warnings:
-        print(f"Warning: {warning}")
+        say(f"Warning: {warning}")
     key = reference_key(scene, compared)
     kept = Path(arguments.reference) if arguments.reference else folder / f"reference_{key}.npz"
     reference = printed(converged_reference(compared, kept, key, samples, noise))
@@ -94,8 +95,8 @@ def _tradeoff(arguments: argparse.Namespace) -> int:
             "scene": str(scene), "command": f"detp tradeoff {scene.name}{_options(arguments)}", "machine": machine,
             "warnings": warnings + _refused(measured.done),
         }  # fmt: skip
-        report.write(found, facts, folder, _drawn(found, scene.stem, folder, quiet=run + 1 < plan.runs))
-    print(f"Saved {folder / 'tradeoff.md'}, tradeoff.json and tradeoff.csv")
+        report.write(found, facts, folder, _drawn(found, escaped(scene.stem), folder, quiet=run + 1 < plan.runs))
+    say(f"Saved {folder / 'tradeoff.md'}, tradeoff.json and tradeoff.csv")
     return 0
 
 
@@ -114,7 +115,7 @@ def _drawn(found, title: str, folder: Path, quiet: bool) -> bool:
         draw(found, f"{title}: error against time", folder)
     except NoPlotsError as error:
         if not quiet:
-            print(f"detp: {error}", file=sys.stderr)
+            complain(f"detp: {error}")
         return False
     return True
 

@@ -14,8 +14,8 @@ import numpy as np
 from ..core.errors import UnreadableFileError
 from .cycles_bake import bake_with_cycles, light_of
 from .face_copies import copy_in
-from .files import replace_file
 from .tradeoff_scene import ComparedScene
+from .write_files import replace_file
 
 #: Counted up when references of before are no longer what would be made now.
 VERSION = 1

@@ -15,6 +15,7 @@ from ..core.parallel import worker_count
 from ..core.study import report
 from ..core.study.report import markdown_table, versions
 from .tradeoff_figures import RATIOS, Findings
+from .write_files import write_text
 
 _FAIRNESS = """\
 The quantity is E/pi, diffuse direct and indirect light without colour, at the same corners for all: whole faces chosen
@@ -45,7 +46,7 @@ def write(found: Findings, facts: dict, folder: Path, picture: bool) -> None:
         "tradeoff.md": as_markdown(found, facts, picture),
     }  # fmt: skip
     for name, text in texts.items():
-        (folder / name).write_text(text, encoding="utf-8", newline="")
+        write_text(folder / name, text)
 
 
 def as_json(found: Findings, facts: dict) -> str:

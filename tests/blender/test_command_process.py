@@ -10,7 +10,7 @@ import bpy
 import pytest
 from small_scenes import grid, lamp, saved
 
-PROGRAM = [sys.executable, "-c", "from detp.detp_addon.command import console; console()", "bake"]
+PROGRAM = [sys.executable, "-c", "from detp.detp_addon.console import console; console()", "bake"]
 
 
 @pytest.fixture

@@ -1,11 +1,10 @@
-"""Inputs and outputs: who may overwrite what, and that a write is whole or not at all."""
+"""Inputs and outputs: who may overwrite what, and what is no scene."""
 
-import os
 from pathlib import Path
 
 import pytest
-from detp.core.errors import InvalidSettingError, UnreadableFileError, UnwritableFileError
-from detp.detp_addon.files import check_readable, check_writable, plan_outputs, plan_side_files, replace_file
+from detp.core.errors import InvalidSettingError, UnreadableFileError
+from detp.detp_addon.files import check_readable, plan_outputs, plan_side_files
 
 
 def test_without_a_name_the_bake_goes_beside_its_scene():
@@ -37,14 +36,6 @@ def test_what_would_overwrite_a_scene_or_another_bake_is_refused(scenes, output)
         plan_outputs([Path(scene) for scene in scenes], output)
 
 
-def test_a_link_to_the_output_keeps_being_a_link(tmp_path):
-    real, link = tmp_path / "real.blend", tmp_path / "link.blend"
-    real.write_bytes(b"old")
-    link.symlink_to(real)
-    replace_file(plan_outputs([tmp_path / "a.blend"], str(link))[0], lambda made: made.write_bytes(b"new"))
-    assert link.is_symlink() and real.read_bytes() == b"new"
-
-
 def test_pictures_are_named_after_their_scenes_when_there_are_several(tmp_path):
     a, b = Path("a.blend"), Path("b.blend")
     assert plan_side_files([a], "p.png", "r.json") == ([Path("p.png")], Path("r.json"))
@@ -67,43 +58,3 @@ def test_each_unreadable_file_has_its_own_sentence(tmp_path):
     for start in (b"BLENDER-v405", b"BLENDER17-01v0502", b"\x28\xb5\x2f\xfd...", b"\x1f\x8b\x08..."):
         text.write_bytes(start)
         check_readable(text)
-
-
-def test_unwritable_places_are_found_before_the_work(tmp_path, monkeypatch):
-    check_writable(tmp_path / "a.blend")
-    check_writable(tmp_path / "new" / "folder" / "a.blend")
-    assert list(tmp_path.iterdir()) == []
-    with pytest.raises(UnwritableFileError, match="folder"):
-        check_writable(tmp_path)
-    (tmp_path / "file").touch()
-    with pytest.raises(UnwritableFileError):
-        check_writable(tmp_path / "file" / "a.blend")
-    monkeypatch.setattr(os, "access", lambda path, mode: False)
-    with pytest.raises(UnwritableFileError, match="write-protected"):
-        check_writable(tmp_path / "file")
-
-
-@pytest.mark.skipif(not os.path.isdir("/proc/self"), reason="needs a folder that nobody can write to")
-def test_a_folder_without_permission_is_found_even_by_the_administrator():
-    with pytest.raises(UnwritableFileError):
-        check_writable(Path("/proc/self/a.blend"))
-
-
-def test_an_interrupted_write_leaves_the_old_file_and_nothing_else(tmp_path):
-    path = tmp_path / "a.json"
-    path.write_text("old")
-    path.chmod(0o640)
-
-    def fail(made):
-        made.write_text("half")
-        made.with_name(made.name + "@").write_text("Blender's own temporary name")
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        replace_file(path, fail)
-    assert os.listdir(tmp_path) == ["a.json"] and path.read_text() == "old"
-    with pytest.raises(UnwritableFileError):
-        replace_file(path, lambda made: None)
-    replace_file(path, lambda made: made.write_text("new"))
-    assert os.listdir(tmp_path) == ["a.json"] and path.read_text() == "new"
-    assert path.stat().st_mode & 0o777 == 0o640

@@ -1,0 +1,113 @@
+"""Why there is nothing to bake, no light, or only darkness: sentences that name the cause where the scene shows it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import bpy
+import numpy as np
+
+from .reading.read_meshes import vertex_positions
+from .report import counted
+
+#: so many times as far away as most of the scene, an object leaves too few digits to tell the rest apart
+_STRAY = 1e5
+
+
+def why_nothing_to_bake(scene: bpy.types.Scene, chosen: list[bpy.types.Object] | None) -> str | None:
+    """Why no face is left of the ``chosen`` objects, or of all; None when it cannot be seen from outside."""
+    objects = [obj for obj in (scene.objects if chosen is None else chosen) if obj.type == "MESH"]
+    found: dict[str, list[str]] = {}
+    for obj in objects:
+        reason = _why_no_face(obj)
+        if reason is None:
+            return None
+        found.setdefault(reason, []).append(obj.name)
+    return f"There is nothing to bake: {_listed(found, 'object')}." if found else None
+
+
+def why_no_light(scene: bpy.types.Scene, warnings: Iterable[str]) -> str | None:
+    """Why nothing gives light, from the scene and the ``warnings`` of its reading; None when it just has no light."""
+    causes = [warning for warning in warnings if "light" in warning]
+    found: dict[str, list[str]] = {}
+    for obj in scene.objects:
+        if obj.type == "LIGHT" and obj.hide_render:
+            found.setdefault("hidden from renders", []).append(obj.name)
+        elif obj.type == "LIGHT" and obj.data.energy == 0:
+            found.setdefault("of no strength", []).append(obj.name)
+    causes += [_listed(found, "light")] if found else []
+    scripts = _scripts_not_run()
+    if scripts:
+        causes.append(scripts)
+    return f"Nothing in the scene gives light: {'; '.join(causes)}." if causes else None
+
+
+def why_dark(vertices: np.ndarray, photons: int) -> str:
+    """Why no light met what was baked, from the vertices (V, 3) m of all surfaces and the scene as it is now."""
+    scripts = _scripts_not_run()
+    if scripts:
+        return f"All that was baked is dark: {scripts}."
+    stray = _stray(vertices)
+    if stray:
+        return f"All that was baked is dark: {stray}."
+    return (
+        f"None of {counted(photons, 'photon')} met a baked surface from its front: look for lights inside "
+        f"solid geometry or normals that point away from the light, or use more photons or a larger radius."
+    )
+
+
+def _why_no_face(obj: bpy.types.Object) -> str | None:
+    if obj.hide_render:
+        return "hidden from renders"
+    if not len(obj.data.polygons):
+        return "without faces"
+    matrix = np.array(obj.matrix_world)
+    if not np.isfinite(matrix).all():
+        return "at a place that is not a number"
+    if not np.isfinite(vertex_positions(obj.data)).all(axis=1).any():
+        return "with vertices that are not numbers"
+    # Two directions left are a plane, which still shows faces that do not stand on it.
+    lengths = np.linalg.norm(matrix[:3, :3], axis=0)
+    if np.count_nonzero(lengths > 1e-12 * lengths.max()) < 3:
+        return "scaled to nothing"
+    return None
+
+
+def _scripts_not_run() -> str | None:
+    """A sentence on a script or driver that Blender did not run, if there was one."""
+    if not bpy.app.autoexec_fail:
+        return None
+    which = f" ({bpy.app.autoexec_fail_message})" if bpy.app.autoexec_fail_message else ""
+    return (
+        f"scripts in the file were not run{which}, which may be what lights it: allow them in Blender if you trust "
+        f"them, and save the scene with the values they set"
+    )
+
+
+def _stray(vertices: np.ndarray) -> str | None:
+    """A sentence on the object that lies out of all proportion to the rest, if there is one."""
+    if not len(vertices):
+        return None
+    middle = np.median(vertices, axis=0)
+    distances = np.linalg.norm(vertices - middle, axis=1)
+    if distances.max() <= _STRAY * np.quantile(distances, 0.8):
+        return None
+    reach = {}
+    for obj in bpy.data.objects:
+        if obj.type == "MESH" and not obj.hide_render:
+            corners = np.array(obj.bound_box) @ np.array(obj.matrix_world)[:3, :3].T + np.array(obj.matrix_world)[:3, 3]
+            reach[obj.name] = float(np.linalg.norm(corners - middle, axis=1).max())
+    name = max(reach, key=reach.get, default=None)
+    where = f"'{name}' reaches" if name is not None else "something reaches"
+    return (
+        f"{where} {distances.max() / 1000:.7g} km away, beside which the rest is too small to be told apart: "
+        f"move it, or hide it from renders"
+    )
+
+
+def _listed(found: dict[str, list[str]], thing: str) -> str:
+    """``2 objects scaled to nothing (A, B), 1 object without faces (C)``."""
+    return ", ".join(
+        f"{counted(len(names), thing)} {reason} ({', '.join(names[:3])}{', ...' if len(names) > 3 else ''})"
+        for reason, names in found.items()
+    )

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
 from .direction_guide import DirectionChoice, Sightings
 from .spots import Spots
+from .triangle_choice import TriangleChoice
 
 
 @dataclass(frozen=True)
@@ -19,6 +20,7 @@ class Look:
     guide   moves rays by chance to where light is; None: they follow the cosine
     found   (S * count, 3) W/m^2, counted up: what each ray brings
     seen    a list to which Sightings are added; None when nothing is learnt any more
+    aims    how points choose what to aim at, of lights that they know how to aim at better, by the lights' identities
     """
 
     spots: Spots
@@ -27,6 +29,7 @@ class Look:
     guide: DirectionChoice | None
     found: np.ndarray
     seen: list[Sightings] | None
+    aims: dict[int, TriangleChoice] = field(default_factory=dict)
 
     @cached_property
     def row(self) -> np.ndarray:

@@ -22,12 +22,18 @@ class LooksByNumPy:
     def aimed(self, light: Surroundings, look: Look, uniforms: np.ndarray) -> None:
         """Add what rays chosen by ``light`` bring."""
         spots, guide, found = look.rays, look.guide, look.found
-        rays = light.shadow_rays(spots.points, uniforms)
+        aim = look.aims.get(id(light))
+        if aim is None:
+            rays = light.shadow_rays(spots.points, uniforms)
+        else:
+            rays, column = aim.shadow_rays(look.row, spots.points, uniforms)
         cosine = np.einsum("ij,ij->i", spots.normals, rays.directions)
         rows = np.flatnonzero((cosine > 0) & rays.shines)
         directions, cosine, density = rays.directions[rows], cosine[rows], rays.density[rows]
         through = self._shadows.transmitted(spots.points[rows], directions, rays.distances[rows])
         arriving = rays.radiance[rows] * through * cosine[:, None]
+        if aim is not None:
+            aim.learn(look.row, column, rows, arriving, density)
         chance = cosine / np.pi
         if guide is None and look.seen is None:
             found[rows] += arriving / (density + chance)[:, None]
@@ -49,7 +55,7 @@ class LooksByNumPy:
         directions, cosine = spots.directions(uniforms)
         chance = cosine / np.pi
         plain, densities = np.zeros(len(spots)), np.zeros(len(spots))
-        for rows, density, radiance in self._met(spots.points, directions):
+        for rows, density, radiance in self._met(look, spots.points, directions):
             arriving = radiance * cosine[rows, None]
             found[rows] += arriving / (density + chance[rows] * factor[rows])[:, None]
             if look.seen is not None:
@@ -60,7 +66,7 @@ class LooksByNumPy:
             sent = densities + chance * factor
             look.seen.append(Sightings(look.row, place, plain, chance / sent, (densities + chance) / sent))
 
-    def _met(self, points, directions):
+    def _met(self, look, points, directions):
         """For each light: rows (R,) of rays, the density (R,) of aiming there, and the radiance (R, 3) that arrives."""
         if self._distant:
             share = self._shadows.transmitted(points, directions, np.full(len(points), self._reach))
@@ -75,4 +81,6 @@ class LooksByNumPy:
                 mine = np.flatnonzero(light.among(hits.triangle))
                 at = rows[mine]
                 radiance, density = light.met(points[at], directions[at], hits.triangle[mine], hits.points[mine])
+                if id(light) in look.aims:
+                    density = density * look.aims[id(light)].factor(look.row[at], hits.triangle[mine])
                 yield at, density, radiance * share[mine]

@@ -10,14 +10,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..lights.light import SHADOW_DIMENSIONS, Surroundings
+from ..lights.light import Surroundings
 from .direction_guide import DirectionChoice, Sightings
 from .looks import Look
 from .looks_by_numpy import LooksByNumPy
-from .low_discrepancy import scrambled_net
+from .low_discrepancy import nets
 from .round_sums import RoundSums, batches, net_means
 from .shadows import Shadows
 from .spots import Spots
+from .triangle_choice import TriangleChoice
 
 
 class SurroundingLight:
@@ -39,21 +40,18 @@ class SurroundingLight:
         generator: np.random.Generator,
         sums: RoundSums,
         seen: list[Sightings] | None = None,
+        aims: dict[int, TriangleChoice] | None = None,
     ) -> None:
         """Add to the ``sums`` of the K ``spots`` what ``rounds`` (K,) rounds of rays from each of them find.
 
-        What was seen goes into the list ``seen``.
+        What was seen goes into the list ``seen``; ``aims`` are those of :class:`.Look`.
         """
-        for rows, spot in batches(rounds):
-            found = np.zeros((len(spot) * self._rays, 3))
-            look = Look(spots, spot, self._rays, guide, found, seen)
+        for batch in batches(rounds):
+            spot, count = batch.spot, batch.size * self._rays
+            found = np.zeros((len(spot) * count, 3))
+            look = Look(spots, spot, count, guide, found, seen, aims or {})
             for light in self._lights:
                 if light.aimed:
-                    self._looks.aimed(light, look, self._uniforms(len(spot), generator))
-            self._looks.by_chance(look, self._uniforms(len(spot), generator))
-            sums.add(rows, rounds[rows], net_means(found, self._rays))
-
-    def _uniforms(self, count: int, generator: np.random.Generator) -> np.ndarray:
-        """Low-discrepancy pairs for each of ``count`` points, (count * rays, 2)."""
-        shifts = generator.integers(0, 1 << 32, (count, SHADOW_DIMENSIONS), np.uint32)
-        return scrambled_net(self._rays, shifts).reshape(-1, SHADOW_DIMENSIONS)
+                    self._looks.aimed(light, look, nets(count, len(spot), generator))
+            self._looks.by_chance(look, nets(count, len(spot), generator))
+            sums.add(batch, net_means(found, count))

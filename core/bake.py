@@ -165,7 +165,7 @@ def bake(
         for _ in stopwatch.timed("shadow", records.look_at_lights()):
             yield Progress("Lighting the records", 0.0)
         records.update()
-        rays.gather(records.reflected)
+        rays.gather(records.reflected, lights_of(scene))
 
     yield Progress("Choosing the radius", 0.0)
     with stopwatch("radius"):

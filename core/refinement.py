@@ -36,7 +36,7 @@ PLACING, MOST_PLACING = 5.0, 0.25
 
 #: The smallest and largest later steps.
 LEAST_PHOTONS = 1 << 12
-MOST_ROUNDS_PER_STEP = 32
+MOST_ROUNDS_PER_STEP = 64
 
 #: A later step is no smaller than one over this of the rounds or photons before, since each has to be summed up.
 LEAST_ROUNDS, LEAST_OF_PHOTONS = 4, 16

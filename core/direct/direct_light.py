@@ -18,27 +18,21 @@ from ..rays import RayCaster
 from ..scene import Scene
 from ..settings import BakeSettings
 from .direction_guide import DirectionSums
-from .lamp_light import LampLight
 from .learnt_sums import LearntSums
 from .looks import ReflectedLight
+from .nearby_light import NearbyLight
 from .point_groups import PointGroups
 from .round_plan import planned
 from .round_sums import RoundSums
+from .scene_lights import SceneLights
 from .shadows import Shadows
 from .spots import Spots
-from .surrounding_light import SurroundingLight
 
 #: Rays from each point in one round to the lamps, to each of the surroundings, and by chance; a power of two.
 RAYS_PER_ROUND = 4
 
-#: Up to so many lamps without extent are all asked, exactly; of more, as of lamps with extent, some are chosen.
-MOST_SHARP_LAMPS = 32
-
 #: Points whose rays are cast at a time.
 POINTS_PER_CHUNK = 1 << 12
-
-#: After so many rounds it is learnt where light comes from, then whenever they have doubled, and last after so many.
-LEARN_AFTER, LEARN_LAST = 4, 64
 
 #: Rays by chance from each point in one round once they gather reflected light; a power of two.
 GATHER_RAYS = 16
@@ -46,6 +40,9 @@ GATHER_RAYS = 16
 #: Share of what is usual over all points in what the records' halves are said to differ by at a group's; and the median
 #: of squared normal deviations over their mean.
 SHARED, MEDIAN_OF_SQUARES = 0.5, 0.455
+
+#: After so many rounds it is learnt where light comes from, then whenever they have doubled, and last after so many.
+LEARN_AFTER, LEARN_LAST = 4, 64
 
 
 class DirectLight:
@@ -70,30 +67,35 @@ class DirectLight:
         lights: Sequence[Light],
     ):
         self._seed = settings.seed
-        self._shadows = Shadows(scene, caster)
-        surroundings = [light for light in lights if hasattr(light, "met")]
-        lamps = [light for light in lights if not hasattr(light, "met")]
-        sharp = [lamp for lamp in lamps if lamp.sharp]
-        sharp = sharp if len(sharp) <= MOST_SHARP_LAMPS else []
-        self._sharp = LampLight(sharp, self._shadows, 1)
-        self._lamps = LampLight([lamp for lamp in lamps if lamp not in sharp], self._shadows, RAYS_PER_ROUND)
-        reach = settings.shadow_distance or np.inf
-        self._surroundings = SurroundingLight(surroundings, self._shadows, reach, RAYS_PER_ROUND)
         self._groups = PointGroups.of(points, normals)
         self._points, self._normals = points[self._groups.order], normals[self._groups.order]
+        self._shadows, self._reach = Shadows(scene, caster), settings.shadow_distance or np.inf
+        self._lights = self._lights_of(lights)
         self._place = np.empty_like(self._groups.order)
         self._place[self._groups.order] = np.arange(len(points))
         self._exact = np.zeros((3, len(points)))
-        self._by_lamps = RoundSums.of(len(points))
-        self._around, self._reflected = LearntSums(self._groups), LearntSums(self._groups)
+        self._by_lamps, self._by_surroundings, self._reflected = (LearntSums.of(self._groups) for _ in range(3))
         # By how much the two halves of the records differ, RGB sum, and rounds of rays that tell.
         self._spread = np.zeros((2, len(points)))
+        self._followed: SceneLights | None = None
+        self._learnt = False
         self._seen, self._guide = DirectionSums(len(self._groups.start) - 1), None
         self.done, self.rays = 0, 0
 
-    def gather(self, reflected: ReflectedLight) -> None:
-        """Let rays by chance look up what surfaces reflect, from the next round on."""
-        self._surroundings.gather(reflected, GATHER_RAYS)
+    def _lights_of(self, lights: Sequence[Light]) -> SceneLights:
+        near = self._groups, self._points, self._normals
+        return SceneLights(lights, self._shadows, self._reach, RAYS_PER_ROUND, *near)
+
+    def gather(self, reflected: ReflectedLight, lights: Sequence[Light]) -> None:
+        """Let rays by chance look up what surfaces reflect, from the next round on.
+
+        Where they are followed on, all ``lights`` of the scene count.
+        """
+        self._lights.surroundings.gather(reflected, GATHER_RAYS)
+        # Without lights of their own the points have learnt nothing of them.
+        self._followed = self._lights if self._lights.any else self._lights_of(lights)
+        # What was learnt of direct light alone would lead rays away from what surfaces reflect.
+        self._seen, self._guide = DirectionSums(len(self._groups.start) - 1), None
 
     @property
     def points(self) -> int:
@@ -108,25 +110,27 @@ class DirectLight:
     @property
     def rays_per_round(self) -> int:
         """Rays that one round casts, of all points."""
-        return len(self._points) * (self._lamps.rays_per_round + self._surroundings.rays_per_round)
+        return len(self._points) * sum(self._lights.costs)
 
     @property
     def irradiance(self) -> Irradiance:
         """Direct light as found so far."""
         light = self._relative_light()
-        value, whole = self._direct(light), self._direct(light) + self._reflected.value(light)
-        squared = np.zeros_like(value)
-        if self._lamps.rays_per_round:
-            squared += self._by_lamps.squared_error(whole, self._groups)
-        if self._surroundings.lit:
-            squared += self._around.squared_error(whole, light)
+        value, squared = self._direct(light), np.zeros_like(self._exact)
+        whole = value + self._reflected.mean(light)
+        for sums, there in (
+            (self._by_lamps, self._lights.soft),
+            (self._by_surroundings, self._lights.surroundings.lit),
+        ):
+            if there:
+                squared += sums.squared_error(whole, light)
         return self._in_place(value, squared)
 
     @property
     def reflected(self) -> Irradiance:
         """Reflected light as gathered so far, with the error that more rays would mend."""
         light = self._relative_light()
-        value = self._reflected.value(light)
+        value = self._reflected.mean(light)
         return self._in_place(value, self._reflected.squared_error(value + self._direct(light), light))
 
     def reflected_spread(self, common: float) -> Irradiance:
@@ -136,9 +140,9 @@ class DirectLight:
         less than what all records have in ``common``, a relative standard error, of which two halves know little.
         """
         light = self._relative_light()
-        value = self._reflected.value(light)
-        whole = np.abs(value + self._direct(light)).sum(axis=0)
-        mean = np.divide(self._spread[0], self._spread[1], out=np.zeros(len(whole)), where=self._spread[1] > 0)
+        value = self._reflected.mean(light)
+        whole, known = np.abs(value + self._direct(light)).sum(axis=0), self._spread[1] > 0
+        mean = np.divide(self._spread[0], self._spread[1], out=np.zeros(len(whole)), where=known)
         relative = np.minimum(np.divide(mean, whole, out=np.zeros(len(whole)), where=whole > 0) ** 2, 1.0)
         usual = self._groups.means(relative)
         usual += SHARED * (np.median(relative) / MEDIAN_OF_SQUARES - usual)
@@ -146,11 +150,19 @@ class DirectLight:
         part = np.divide(reflected, whole, out=np.zeros(len(whole)), where=whole > 0)
         usual = np.maximum(usual, (common * part) ** 2)
         squared = usual * (np.abs(value) / np.maximum(reflected, 1e-300) * whole) ** 2
-        return self._in_place(value, np.where(self._spread[1] > 0, squared, np.inf))
+        return self._in_place(value, np.where(known, squared, np.inf))
 
     def around_each(self, values: np.ndarray) -> np.ndarray:
         """Means (N,) of ``values`` (N,) over the group of each point."""
         return self._groups.means(values[self._groups.order])[self._place]
+
+    def _direct(self, light: np.ndarray) -> np.ndarray:
+        return self._exact + self._by_lamps.mean(light) + self._by_surroundings.mean(light)
+
+    def _in_place(self, value: np.ndarray, squared: np.ndarray) -> Irradiance:
+        """The Irradiance of the points in their own order, of ``value`` and ``squared`` error (3, N) in the groups'."""
+        given = (np.ascontiguousarray(part.T).take(self._place, axis=0) for part in (value, np.sqrt(squared)))
+        return Irradiance(*given)
 
     def rounds(
         self, first: int, last: int, other: np.ndarray | None = None, where: np.ndarray | None = None
@@ -170,74 +182,89 @@ class DirectLight:
             plan = self._plan(begin, end, other)
             if where is not None:
                 plan = tuple(np.where(where, rounds, 0) for rounds in plan)
-            cast = ordered_map(lambda part, begin=begin, plan=plan: self._cast(part, begin, plan), groups)
+            nearby = None if self._followed is None else self._nearby_lamps()
+            cast = ordered_map(
+                lambda part, begin=begin, plan=plan, nearby=nearby: self._cast(part, begin, plan, nearby), groups
+            )
             for part, _ in zip(groups, cast, strict=True):
                 share = self._groups.start[part.stop] / len(self._points)
                 yield min((begin - first + share * (end - begin)) / (last - first), 1.0)
-            if LEARN_AFTER <= end <= LEARN_LAST and end & (end - 1) == 0 and self._surroundings.rays_per_round:
-                self._guide = self._seen.guide()
-            costs = self._lamps.rays_per_round, self._surroundings.rays_per_round
-            self.rays += sum(cost * int(rounds.sum()) for cost, rounds in zip(costs, plan, strict=True))
+            if LEARN_AFTER <= end <= LEARN_LAST and end & (end - 1) == 0:
+                self._learn()
+            self.rays += sum(cost * int(rounds.sum()) for cost, rounds in zip(self._lights.costs, plan, strict=True))
             begin = self.done = end
 
-    def _direct(self, light: np.ndarray) -> np.ndarray:
-        return self._exact + self._by_lamps.mean + self._around.value(light)
+    def _learn(self) -> None:
+        """Aim from now on at where light was found."""
+        self._learnt, light = True, self._relative_light()
+        for sums in self._sums:
+            sums.learnt(light)
+        self._lights.learn()
+        if self._lights.surroundings.rays_per_round:
+            self._guide = self._seen.guide()
 
-    def _in_place(self, value: np.ndarray, squared: np.ndarray) -> Irradiance:
-        """The Irradiance of the points in their own order, of ``value`` and ``squared`` error (3, N) in the groups'."""
-        return Irradiance(
-            *(np.ascontiguousarray(part.T).take(self._place, axis=0) for part in (value, np.sqrt(squared)))
-        )
+    @property
+    def _sums(self) -> tuple[LearntSums, LearntSums, LearntSums]:
+        return self._by_lamps, self._by_surroundings, self._reflected
+
+    def _nearby_lamps(self) -> NearbyLight:
+        """The lamps alone as they are seen from places near the points; rays by chance meet the rest."""
+        found = self._exact, self._by_lamps.plain_mean(), self._by_surroundings.plain_mean()
+        return self._followed.nearby(*found).of_lamps()
+
+    @property
+    def nearby(self) -> NearbyLight:
+        """Light at places near the points, by what their :class:`.PointGroups` have learnt so far."""
+        found = self._exact, self._by_lamps.plain_mean(), self._by_surroundings.plain_mean()
+        return self._lights.nearby(*found)
 
     def _plan(self, begin: int, end: int, other: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
         """Rounds (N,) that each point shall have next, of lamps and of surroundings."""
         light = self._relative_light(other)
-        lamps = self._groups.of_others(self._by_lamps.relative_variance(light))
-        around, reflected = self._around.variance(light), self._reflected.variance(light)
-        had = self._around.had(light)
-        if self._surroundings.gathers:
-            had = self._reflected.had(light)
-            around = np.where(np.isnan(around), 0.0, around) + reflected
-        return planned(
-            end - begin,
-            (self._by_lamps.count, had),
-            (lamps, around),
-            (self._lamps.rays_per_round, self._surroundings.rays_per_round),
-        )
+        lamps, around, reflected = (sums.planning(light) for sums in self._sums)
+        if self._lights.surroundings.gathers:
+            # One look around brings both.
+            around = reflected[0], np.where(np.isnan(around[1]), 0.0, around[1]) + reflected[1]
+        had, variance = zip(lamps, around, strict=True)
+        return planned(end - begin, had, variance, self._lights.costs)
 
     def _relative_light(self, other: np.ndarray | None = None, rows: slice = slice(None)) -> np.ndarray:
         """All light (K,) at those ``rows``, RGB sum, by plain means, to which errors are relative."""
-        value = self._exact[:, rows] + self._by_lamps.part(rows).mean
-        value += self._around.plain(rows) + self._reflected.plain(rows)
+        value = self._exact[:, rows] + sum(sums.plain_mean(rows) for sums in self._sums)
         if other is not None:
             value += other[rows].T
         red, green, blue = np.abs(value, out=value)
         return red + green + blue
 
-    def _cast(self, part: slice, begin: int, plan: tuple[np.ndarray, np.ndarray]) -> None:
+    def _cast(self, part: slice, begin: int, plan: tuple[np.ndarray, np.ndarray], nearby) -> None:
         """Cast the planned rays of the groups in ``part``, and add up what they find."""
         rows = slice(self._groups.start[part.start], self._groups.start[part.stop])
-        points, normals = self._points[rows], self._normals[rows]
-        if begin == 0:
-            self._exact[:, rows] = self._sharp.exact(points, normals).T
-        spots = Spots.of(points, normals, self._groups.group[rows] - part.start)
-        if self._lamps.rays_per_round:
-            generator = self._generator(begin, rows.start, 0)
-            self._lamps.cast(points, normals, plan[0][rows], generator, self._by_lamps.part(rows), rows.start)
-        if self._surroundings.rays_per_round:
-            self._look_around(part, rows, spots, begin, plan[1][rows])
+        points, normals, group = self._points[rows], self._normals[rows], self._groups.group[rows] - part.start
+        if begin == 0 and self._lights.sharp is not None:
+            self._exact[:, rows] = self._lights.sharp.exact(part, rows, points, normals, group).T
+        if self._lights.soft is not None:
+            generator, sums = self._generator(begin, rows.start, 0), self._phase(self._by_lamps).part(rows)
+            lit = self._relative_light(rows=rows)
+            self._lights.soft.cast(part, rows, points, normals, group, plan[0][rows], generator, sums, lit)
+        if self._lights.surroundings.rays_per_round:
+            self._look_around(part, rows, Spots.of(points, normals, group), begin, plan[1][rows], nearby)
 
-    def _look_around(self, part: slice, rows: slice, spots: Spots, begin: int, rounds: np.ndarray) -> None:
+    def _look_around(self, part: slice, rows: slice, spots: Spots, begin: int, rounds: np.ndarray, nearby) -> None:
         guide = None if self._guide is None else self._guide.part(part)
-        way = "before" if guide is None else "after"
-        direct, reflected = (getattr(sums, way).part(rows) for sums in (self._around, self._reflected))
         seen = [] if begin < LEARN_LAST else None
         generator = self._generator(begin, rows.start, 1)
-        self._surroundings.cast(spots, rounds, guide, generator, direct, reflected, self._spread[:, rows], seen)
+        direct, reflected = (self._phase(sums).part(rows) for sums in self._sums[1:])
+        spread = self._spread[:, rows]
+        aims = self._lights.aims(part, rows, spots, self._relative_light(rows=rows))
+        self._lights.surroundings.cast(
+            spots, rounds, guide, generator, direct, reflected, spread, seen, aims, nearby, part.start
+        )
         if seen:
-            light = self._relative_light(rows=rows)
-            scale = np.divide(1.0, light, out=np.zeros_like(light), where=light > 0)
-            self._seen.add(part, seen, scale)
+            lit = self._relative_light(rows=rows)
+            self._seen.add(part, seen, np.divide(1.0, lit, out=np.zeros_like(lit), where=lit > 0))
+
+    def _phase(self, sums: LearntSums) -> RoundSums:
+        return sums.after if self._learnt else sums.before
 
     def _generator(self, *key: int) -> np.random.Generator:
         return np.random.default_rng(np.random.SeedSequence(self._seed, spawn_key=(2, *map(int, key))))

@@ -6,88 +6,136 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..lights.light import SHADOW_DIMENSIONS, Light
-from .lamp_choice import LampChoice
-from .low_discrepancy import scrambled_net
+from ..lights.aim import rays_to_ball
+from ..lights.light import SHADOW_DIMENSIONS, Light, ShadowRays
+from ..lights.point import PointLight
+from .emitter_choice import EmitterChoice
+from .learnt_choice import LearntChoice
+from .low_discrepancy import nets
 from .round_sums import RoundSums, batches, net_means
 from .shadows import Shadows
 
-#: Chances of points to choose lamps that are kept from one step to the next, about; each takes 16 bytes.
-MOST_CHANCES = 1 << 22
+_MIDDLE = 0.5
+_BALL, _SOFT = -1, -2
 
 
 class LampLight:
-    """Irradiance from ``lamps``, by ``rays`` (a power of two) in a round to all of them together."""
+    """Irradiance from ``lamps``, by ``rays`` (a power of two) in a round to all of them together.
 
-    def __init__(self, lamps: Sequence[Light], shadows: Shadows, rays: int):
-        self._lamps, self._shadows, self._rays = lamps, shadows, rays
-        self._choices: dict[int, LampChoice] = {}
-        self.rays_per_round = rays if lamps else 0
+    ``learnt`` has what groups of points know of them.
+    """
 
-    def exact(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Irradiance (K, 3) at ``points`` (K, 3) with ``normals`` (K, 3) from lamps that are all without extent."""
-        found = np.zeros_like(points)
-        for number in range(len(self._lamps)):
-            spot, chosen = np.arange(len(points)), np.full(len(points), number)
-            places = np.zeros((len(points), SHADOW_DIMENSIONS))
-            found += self._samples(points, normals, spot, chosen, np.ones(len(points)), places)
+    def __init__(self, lamps: Sequence[Light], shadows: Shadows, rays: int, learnt: LearntChoice):
+        self._lamps, self._shadows, self._rays, self.learnt = lamps, shadows, rays, learnt
+        self._balls = _Balls(lamps)
+        self.rays_per_round = rays
+
+    def exact(self, part: slice, rows: slice, points: np.ndarray, normals: np.ndarray, group: np.ndarray) -> np.ndarray:
+        """Irradiance (K, 3) at ``points`` (K, 3) with ``normals`` (K, 3) from lamps that are all without extent, and no
+        more than groups have ranges; the rest is as for :meth:`cast`."""
+        found, spot = np.zeros_like(points), np.arange(len(points))
+        choice = self._choice(part, rows, points, normals, group)
+        for column, number in enumerate(self.learnt.emitters.order):
+            chosen, sure = np.full(len(points), number), np.ones(len(points))
+            uniforms = np.zeros((len(points), SHADOW_DIMENSIONS))
+            light = self._arriving(points, normals, spot, chosen, sure, uniforms)
+            found += light
+            brought, column = np.abs(light).sum(axis=1), np.full(len(points), column)
+            self.learnt.add(part, rows, choice, choice.scale(np.zeros(len(points))), spot, column, brought)
         return found
+
+    def rays_to(self, chosen: np.ndarray, points: np.ndarray, uniforms: np.ndarray) -> ShadowRays:
+        """A ray from each of ``points`` (K, 3) to the ``chosen`` (K,) lamp, by ``uniforms`` (K, 2)."""
+        found = [np.empty((len(points), 3)), np.empty(len(points)), np.empty((len(points), 3)), np.empty(len(points))]
+        kinds = self._balls.kinds[chosen]
+        for kind in np.unique(kinds).tolist():
+            rows = np.flatnonzero(kinds == kind)
+            if kind < 0:
+                rays = self._balls.shadow_rays(kind, chosen[rows], points[rows], uniforms[rows])
+            else:
+                rays = self._lamps[kind].shadow_rays(points[rows], uniforms[rows])
+            for whole, part in zip(found, (rays.directions, rays.distances, rays.radiance, rays.density), strict=True):
+                whole[rows] = part
+        return ShadowRays(*found)
 
     def cast(
         self,
+        part: slice,
+        rows: slice,
         points: np.ndarray,
         normals: np.ndarray,
+        group: np.ndarray,
         rounds: np.ndarray,
         generator: np.random.Generator,
         sums: RoundSums,
-        chunk: int,
+        lit: np.ndarray,
     ) -> None:
         """Add to the ``sums`` of K points what ``rounds`` (K,) rounds of rays from each of them find.
 
-        Points of an equal number ``chunk`` are always the same.
+        The points are the ``rows`` of all, and make up the groups in ``part``, from the first of which ``group`` (K,)
+        counts. ``lit`` (K,) is what light, RGB sum, has been found at each so far.
         """
-        choice = self._choices.get(chunk)
-        if choice is None:
-            choice = LampChoice(self._lamps, points, normals)
-            if (len(self._choices) + 1) * len(points) * len(self._lamps) <= MOST_CHANCES:
-                self._choices[chunk] = choice
-        for rows, spot in batches(rounds):
-            chosen, probability = choice.chosen(spot, self._rays, generator.random(len(spot)))
-            shifts = generator.integers(0, 1 << 32, (len(spot), SHADOW_DIMENSIONS), np.uint32)
-            uniforms = scrambled_net(self._rays, shifts).reshape(-1, SHADOW_DIMENSIONS)
-            sums.add(rows, rounds[rows], self._samples(points, normals, spot, chosen, probability, uniforms))
+        choice = self._choice(part, rows, points, normals, group)
+        scale = choice.scale(lit)
+        for batch in batches(rounds):
+            count = batch.size * self._rays
+            spot = np.repeat(batch.spot, count)
+            uniforms = nets(count, len(spot) // count, generator)
+            chosen, rest, column, probability = choice.chosen(spot, uniforms[:, 0])
+            uniforms[:, 0] = rest
+            found = self._arriving(points, normals, spot, chosen, probability, uniforms)
+            sums.add(batch, net_means(found, count))
+            brought = np.abs(found).sum(axis=1) * choice.share[spot, column]
+            self.learnt.add(part, rows, choice, scale, spot, column, brought)
 
-    def by_one_ray(self, points: np.ndarray, normals: np.ndarray, generator: np.random.Generator) -> np.ndarray:
-        """Irradiance (K, 3) at ``points`` (K, 3) with ``normals`` (K, 3), by one ray from each to a lamp it chooses."""
-        if not self._lamps or len(points) == 0:
-            return np.zeros((len(points), 3))
-        spot, uniforms = np.arange(len(points)), generator.random((len(points), SHADOW_DIMENSIONS + 1))
-        chosen, probability = LampChoice(self._lamps, points, normals).chosen(spot, 1, uniforms[:, 0])
-        return self._samples(points, normals, spot, chosen, probability, uniforms[:, 1:])
+    def _choice(self, part: slice, rows: slice, points, normals, group) -> EmitterChoice:
+        order = self.learnt.emitters.order
+        if len(order) > self.learnt.begin.shape[1]:
+            return self.learnt.choice(part, rows, points, normals, group)
+        # Each is a range of its own, and its middle tells more of it than a range does.
+        light, strength = np.empty((2, len(points), len(order)))
+        middle = np.full((len(points), SHADOW_DIMENSIONS), _MIDDLE)
+        for column, number in enumerate(order):
+            rays = self._lamps[number].shadow_rays(points, middle)
+            strength[:, column] = np.abs(rays.radiance).sum(axis=1) / rays.density
+            cosine = np.einsum("ij,ij->i", normals, rays.directions)
+            light[:, column] = strength[:, column] * np.maximum(cosine, 0.0)
+        return self.learnt.choice(part, rows, points, normals, group, (light, strength))
 
-    def _samples(self, points, normals, spot, chosen, probability, uniforms) -> np.ndarray:
-        """Irradiance (S, 3) at each ``spot`` (S,) of the points by rays to the ``chosen`` lamps (S * some,)."""
-        count = len(chosen) // len(spot)
-        order = np.argsort(chosen, kind="stable")
-        ends = np.searchsorted(chosen[order], np.arange(len(self._lamps) + 1))
-        parts = []
-        for lamp, begin, end in zip(self._lamps, ends[:-1], ends[1:], strict=True):
-            if end > begin:
-                parts.append(_aimed(lamp, points, normals, spot, order[begin:end], count, probability, uniforms))
-        rays, directions, distances, arriving = (np.concatenate(part) for part in zip(*parts, strict=True))
+    def _arriving(self, points, normals, spot, chosen, probability, uniforms) -> np.ndarray:
+        """Irradiance (S, 3) at each ``spot`` (S,) of the points by a ray to the ``chosen`` lamp (S,)."""
+        origins = points.take(spot, axis=0)
+        rays = self.rays_to(chosen, origins, uniforms)
+        cosine = np.einsum("ij,ij->i", normals.take(spot, axis=0), rays.directions)
+        lit = np.flatnonzero((cosine > 0) & rays.shines)
+        weight = cosine.take(lit) / (rays.density.take(lit) * probability.take(lit))
+        ways = rays.directions.take(lit, axis=0), rays.distances.take(lit)
         found = np.zeros((len(chosen), 3))
-        origins = points.take(spot.take(rays // count), axis=0)
-        found[rays] = arriving * self._shadows.transmitted(origins, directions, distances)
-        return net_means(found, count)
+        share = self._shadows.transmitted(origins.take(lit, axis=0), *ways)
+        found[lit] = rays.radiance.take(lit, axis=0) * weight[:, None] * share
+        return found
 
 
-def _aimed(lamp, points, normals, spot, rays, count, probability, uniforms):
-    """Of the ``rays`` to this lamp: those that bring light unless blocked, where they go, and how much they bring."""
-    at = spot.take(rays // count)
-    shadow_rays = lamp.shadow_rays(points.take(at, axis=0), uniforms.take(rays, axis=0))
-    cosine = np.einsum("ij,ij->i", normals.take(at, axis=0), shadow_rays.directions)
-    lit = np.flatnonzero((cosine > 0) & shadow_rays.shines)
-    rays = rays.take(lit)
-    weight = cosine.take(lit) / (shadow_rays.density.take(lit) * probability.take(rays))
-    arriving = shadow_rays.radiance.take(lit, axis=0) * weight[:, None]
-    return rays, shadow_rays.directions.take(lit, axis=0), shadow_rays.distances.take(lit), arriving
+class _Balls:
+    """Point lamps with extent among ``lamps``, which may be thousands, as arrays.
+
+    Attribute ``kinds`` (L,): -1 for these, -2 for those of soft falloff, the number of the lamp for any other.
+    """
+
+    def __init__(self, lamps: Sequence[Light]):
+        self.kinds = np.arange(len(lamps))
+        self._places, self._powers, self._radii = (
+            np.zeros((len(lamps), 3)),
+            np.zeros((len(lamps), 3)),
+            np.zeros(len(lamps)),
+        )
+        for number, lamp in enumerate(lamps):
+            if type(lamp) is PointLight and not lamp.sharp:
+                self.kinds[number] = _SOFT if lamp.soft else _BALL
+                self._places[number], self._powers[number] = lamp.position, lamp.power
+                self._radii[number] = lamp.radius
+
+    def shadow_rays(self, kind: int, chosen: np.ndarray, points: np.ndarray, uniforms: np.ndarray) -> ShadowRays:
+        """From each of ``points`` (K, 3) to the lamp ``chosen`` (K,), all of that ``kind`` < 0."""
+        lamps = (each.take(chosen, axis=0) for each in (self._places, self._powers, self._radii))
+        return rays_to_ball(points, *lamps, kind == _SOFT, uniforms)

@@ -1,6 +1,8 @@
-"""Sums over rounds of rays before and after it was learnt where light comes from, each weighed by what it is worth."""
+"""Sums over rounds of rays before and after it was last learnt where light comes from, and what both say together."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -8,58 +10,70 @@ from .point_groups import PointGroups
 from .round_sums import RoundSums
 
 #: The first rounds count this much or more of what later ones do, however much noisier they were.
-LEAST_WEIGHT = 1 / 64
+LEAST_WEIGHT = 1 / 256
 
 
+@dataclass(frozen=True)
 class LearntSums:
-    """Rounds of rays at points in ``groups``, ``before`` and ``after`` learning; channel by channel as RoundSums."""
+    """Rounds ``before`` and ``after`` learning at the N points of ``groups``."""
 
-    def __init__(self, groups: PointGroups):
-        self._groups = groups
-        self.before, self.after = (RoundSums.of(len(groups.order)) for _ in range(2))
+    groups: PointGroups
+    before: RoundSums
+    after: RoundSums
 
-    def plain(self, rows: slice = slice(None)) -> np.ndarray:
-        """Plain means (3, K) over all rounds at those ``rows``."""
-        before, after = self.before.part(rows), self.after.part(rows)
-        return (before.total + after.total) / np.maximum(before.count + after.count, 1)
+    @classmethod
+    def of(cls, groups: PointGroups) -> LearntSums:
+        """No rounds yet."""
+        points = len(groups.order)
+        return cls(groups, RoundSums.of(points), RoundSums.of(points))
 
-    def value(self, light: np.ndarray) -> np.ndarray:
-        """Irradiance (3, N), where all ``light`` (N,), RGB sum, is about so much."""
+    def plain_mean(self, rows: slice = slice(None)) -> np.ndarray:
+        """Mean irradiance (3, K) at those ``rows`` over all rounds alike."""
+        before, after = self.before, self.after
+        total = before.total[:, rows] + after.total[:, rows]
+        return total / np.maximum(before.count[rows] + after.count[rows], 1)
+
+    def mean(self, light: np.ndarray) -> np.ndarray:
+        """Irradiance (3, N), where all light, RGB sum, is about ``light`` (N,)."""
         first = self._first_share(light)
         return first * self.before.mean + (1.0 - first) * self.after.mean
 
     def squared_error(self, value: np.ndarray, light: np.ndarray) -> np.ndarray:
-        """Squared standard error (3, N) of :meth:`value`; of all light, errors are relative to ``value`` (3, N)."""
-        first, squared = self._first_share(light), np.zeros_like(value)
+        """Squared standard error (3, N) of :meth:`mean`, where all light is ``value`` (3, N)."""
+        first = self._first_share(light)
+        squared = np.zeros_like(value)
         for sums, share in ((self.before, first), (self.after, 1.0 - first)):
             if share.any():
                 with np.errstate(invalid="ignore"):
-                    error = share**2 * sums.squared_error(value, self._groups)
+                    error = share**2 * sums.squared_error(value, self.groups)
                 squared += np.where(share == 0.0, 0.0, error)
         return squared
 
-    def had(self, light: np.ndarray) -> np.ndarray:
-        """Rounds (N,) that points had, in rounds after learning."""
-        return self.after.count + self.before.count * _trust(*self._variances(light))
-
-    def variance(self, light: np.ndarray) -> np.ndarray:
-        """Relative variance (N,) of one round more, as the others of the group tell; nan while that is unknown."""
+    def planning(self, light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """How many later rounds (N,) those of each point are worth, and the relative variance (N,) of a later one."""
         before, after = self._variances(light)
-        return np.where(np.isnan(after), before, after)
+        had = self.after.count + self.before.count * _trust(before, after)
+        return had, np.where(np.isnan(after), before, after)
+
+    def _variances(self, light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        before, after = (s.relative_variance(light) for s in (self.before, self.after))
+        return self.groups.of_others(before), self.groups.of_others(after)
+
+    def learnt(self, light: np.ndarray) -> None:
+        """What comes next is aimed anew: what there is counts as before, the earlier the less."""
+        trust = _trust(*self._variances(light))
+        self.before.merge(self.after, np.where(self.after.samples > 1.5, trust, 1.0))
 
     def _first_share(self, light: np.ndarray) -> np.ndarray:
         """Share (N,) that the rounds before learning have.
 
         It rests on how noisy the rounds were at the *other* points of the group, so that it is independent of what this
-        point's own rounds found, and biases nothing. A single round after learning does not count: nobody knows how
+        point's own rounds found, and biases nothing. A single sample after learning does not count: nobody knows how
         noisy it is.
         """
         weight = self.before.count * _trust(*self._variances(light))
-        return np.divide(weight, weight + self.after.count, out=np.ones_like(weight), where=self.after.count > 1)
-
-    def _variances(self, light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        before, after = (self._groups.of_others(s.relative_variance(light)) for s in (self.before, self.after))
-        return before, after
+        known = self.after.samples > 1.5
+        return np.divide(weight, weight + self.after.count, out=np.ones_like(weight), where=known)
 
 
 def _trust(before: np.ndarray, after: np.ndarray) -> np.ndarray:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from .direction_guide import DirectionChoice, Sightings
 from .spots import Spots
+from .triangle_choice import TriangleChoice
+
+if TYPE_CHECKING:
+    from .nearby_light import NearbyLight
 
 
 @dataclass(frozen=True)
@@ -22,6 +26,8 @@ class Look:
     generator  of random numbers for rays that are followed on
     seen       a list to which Sightings are added; None when nothing is learnt any more
     total      (S, 3) W/m^2, counted up: what aimed rays bring in each round
+    aims       how points choose what to aim at, of lights that they know how to aim at better, by their identities
+    nearby     aims at lamps from places near the points, of groups from number ``first`` on; None without any
     followed   over how many landings rays have been followed before
     """
 
@@ -33,6 +39,9 @@ class Look:
     generator: np.random.Generator
     seen: list[Sightings] | None
     total: np.ndarray
+    aims: dict[int, TriangleChoice] = field(default_factory=dict)
+    nearby: NearbyLight | None = None
+    first: int = 0
     followed: int = 0
 
     @cached_property
@@ -49,9 +58,9 @@ class Look:
 class ReflectedLight(Protocol):
     """What surfaces reflect towards rays that meet them by chance."""
 
-    def sent(self, points, directions, triangle, places, generator: np.random.Generator, followed: int) -> np.ndarray:
+    def sent(self, look: Look, rows: np.ndarray, directions, triangle, places) -> np.ndarray:
         """Radiosity (K, 6) W/m^2 of each ``triangle`` (K,), -1 for none, met at ``places`` (K, 3), in two halves.
 
-        Rays from ``points`` (K, 3) along unit ``directions`` (K, 3) met them.
+        The ``rows`` (K,) of the look's rays met them, along unit ``directions`` (K, 3).
         """
         ...

@@ -27,25 +27,30 @@ class LooksByNumPy:
     def aimed(self, light: Surroundings, look: Look, uniforms: np.ndarray) -> None:
         """Add to ``look.total`` what rays chosen by ``light`` bring."""
         spots, guide = look.rays, look.guide
-        rays = light.shadow_rays(spots.points, uniforms)
+        aim = look.aims.get(id(light))
+        if aim is None:
+            rays = light.shadow_rays(spots.points, uniforms)
+        else:
+            rays, column = aim.shadow_rays(look.row, spots.points, uniforms)
         cosine = np.einsum("ij,ij->i", spots.normals, rays.directions)
         rows = np.flatnonzero((cosine > 0) & rays.shines)
         directions, cosine = rays.directions[rows], cosine[rows]
-        # Per ray by chance.
-        density, chance = rays.density[rows] / look.chances, cosine / np.pi
         through = self._shadows.transmitted(spots.points[rows], directions, rays.distances[rows])
-        arriving = rays.radiance[rows] * through * (cosine / look.chances)[:, None]
+        arriving = rays.radiance[rows] * through * cosine[:, None]
+        if aim is not None:
+            aim.learn(look.row, column, rows, arriving, rays.density[rows])
+        # Densities per ray by chance.
+        density, chance = rays.density[rows] / look.chances, cosine / np.pi
         guided = chance
         if guide is not None or look.seen is not None:
             group = spots.group[rows]
             place = group * (SIDE * SIDE) + cells(spots.taken(rows).uniforms(directions))
             guided = chance if guide is None else chance * guide.density[place]
         found = np.zeros((len(spots), 3))
-        found[rows] = arriving / (density + guided)[:, None]
+        found[rows] = arriving / (look.chances * (density + guided))[:, None]
         look.total[:] += net_means(found, look.count)
         if look.seen is not None:
-            plain = np.abs(arriving).sum(axis=1) * look.chances / (density + chance)
-            sent = density + guided
+            plain, sent = np.abs(arriving).sum(axis=1) / (density + chance), density + guided
             look.seen.append(Sightings(look.row[rows], place, plain, chance / sent, (density + chance) / sent))
 
     def by_chance(self, look: Look, uniforms: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
@@ -62,7 +67,7 @@ class LooksByNumPy:
         found = np.zeros((len(spots), 3))
         sent_on = None if self.reflected is None else np.zeros((len(spots), 6))
         plain, densities = np.zeros(len(spots)), np.zeros(len(spots))
-        for rows, density, radiance in self._met(spots.points, directions, look, sent_on):
+        for rows, density, radiance in self._met(look, spots.points, directions, sent_on):
             density = density / look.chances
             arriving = radiance * cosine[rows, None]
             found[rows] += arriving / (density + chance[rows] * factor[rows])[:, None]
@@ -79,7 +84,7 @@ class LooksByNumPy:
             sent_on /= factor[:, None]
         return found, sent_on
 
-    def _met(self, points, directions, look, sent_on):
+    def _met(self, look, points, directions, sent_on):
         """For each light: rows (R,) of rays, the density (R,) of aiming there, and the radiance (R, 3) that arrives.
 
         The radiosity of surfaces is added to ``sent_on`` (K, 6), unless that is None.
@@ -97,8 +102,9 @@ class LooksByNumPy:
                 mine = np.flatnonzero(light.among(hits.triangle))
                 at = rows[mine]
                 radiance, density = light.met(points[at], directions[at], hits.triangle[mine], hits.points[mine])
+                if id(light) in look.aims:
+                    density = density * look.aims[id(light)].factor(look.row[at], hits.triangle[mine])
                 yield at, density, radiance * share[mine]
             if sent_on is not None:
-                met = points[rows], directions[rows], hits.triangle, hits.points
-                sent = self.reflected.sent(*met, look.generator, look.followed)
+                sent = self.reflected.sent(look, rows, directions[rows], hits.triangle, hits.points)
                 sent_on[rows] += np.tile(share, 2) * sent

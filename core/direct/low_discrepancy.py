@@ -4,7 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..lights.light import SHADOW_DIMENSIONS
+
 _BITS = 32
+
+
+def nets(count: int, samples: int, generator: np.random.Generator) -> np.ndarray:
+    """Pairs (samples * count, 2): for each of some ``samples`` a net of its own of ``count`` points."""
+    shifts = generator.integers(0, 1 << 32, (samples, SHADOW_DIMENSIONS), np.uint32)
+    return scrambled_net(count, shifts).reshape(-1, SHADOW_DIMENSIONS)
 
 
 def scrambled_net(count: int, shifts: np.ndarray) -> np.ndarray:

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from .round_sums import sample_sizes
+
 #: No point gets less than this share of the rounds that an even plan would give it, nor more than so many times them.
 LEAST_SHARE, MOST_SHARE = 0.5, 4.0
 
@@ -25,7 +27,7 @@ def planned(
     its neighbours' rounds tell (nan while that is unknown), and the ``cost`` of a round, 0 if there are no such rays.
     The mean of all points' squared errors becomes least when the rounds had are as sqrt(variance / cost).
     """
-    even = np.full(len(had[0]), rounds)
+    even = _whole(np.full(len(had[0]), float(rounds)))
     wanted = [np.sqrt(np.minimum(v, NOISIEST) / max(c, 1)) for v, c in zip(variance, cost, strict=True)]
     kinds = [kind for kind, c in enumerate(cost) if c]
     if not kinds or any(np.isnan(wanted[kind]).all() for kind in kinds):
@@ -50,7 +52,11 @@ def planned(
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if spent(middle) < budget else (low, middle)
-    # Points round up and down in turn, so that groups get what they want on average.
-    turn = (np.arange(len(even)) * 0.6180339887498949) % 1.0
-    plan = (at(low, kind, slice(None)) if c else np.zeros(len(even)) for kind, c in enumerate(cost))
-    return tuple(np.maximum((p + turn).astype(np.int64), (p > 0).astype(np.int64)) for p in plan)
+    return tuple(_whole(at(low, kind, slice(None)) if c else np.zeros(len(even))) for kind, c in enumerate(cost))
+
+
+def _whole(rounds: np.ndarray) -> np.ndarray:
+    """``rounds`` (N,) that make up whole samples; points round up and down in turn, to be right on average."""
+    turn = (np.arange(len(rounds)) * 0.6180339887498949) % 1.0
+    size = sample_sizes(rounds)
+    return size * np.maximum((rounds / size + turn).astype(np.int64), (rounds > 0).astype(np.int64))

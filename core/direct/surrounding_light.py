@@ -11,14 +11,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..lights.light import SHADOW_DIMENSIONS, Surroundings
+from ..lights.light import Surroundings
 from .direction_guide import DirectionChoice, Sightings
 from .looks import Look, ReflectedLight
 from .looks_by_numpy import LooksByNumPy
-from .low_discrepancy import scrambled_net
+from .low_discrepancy import nets
+from .nearby_light import NearbyLight
 from .round_sums import RoundSums, batches, net_means
 from .shadows import Shadows
 from .spots import Spots
+from .triangle_choice import TriangleChoice
 
 
 class SurroundingLight:
@@ -53,31 +55,30 @@ class SurroundingLight:
         direct: RoundSums,
         reflected: RoundSums,
         spread: np.ndarray,
-        seen: list[Sightings] | None = None,
+        seen: list[Sightings] | None,
+        aims: dict[int, TriangleChoice],
+        nearby: NearbyLight | None,
+        first: int,
     ) -> None:
         """Add to the sums of the K ``spots`` what ``rounds`` (K,) rounds of rays from each of them find.
 
         ``spread`` (2, K) sums up by how much the reflected light of the records' halves differs, and the rounds. What
-        was seen goes into the list ``seen``.
+        was seen goes into the list ``seen``; the rest is as in :class:`.Look`.
         """
-        for rows, spot in batches(rounds):
-            total, chances = np.zeros((len(spot), 3)), self._chances / self._rays
-            look = Look(spots, spot, self._rays, chances, guide, generator, seen, total)
+        for batch in batches(rounds):
+            spot, aimed, chances = batch.spot, batch.size * self._rays, batch.size * self._chances
+            total, ratio = np.zeros((len(spot), 3)), self._chances / self._rays
+            look = Look(spots, spot, aimed, ratio, guide, generator, seen, total, aims, nearby, first)
             for light in self._lights:
                 if light.aimed:
-                    self._looks.aimed(light, look, self._uniforms(len(spot), self._rays, generator))
-            look = replace(look, count=self._chances)
-            found, sent = self._looks.by_chance(look, self._uniforms(len(spot), self._chances, generator))
+                    self._looks.aimed(light, look, nets(aimed, len(spot), generator))
+            look = replace(look, count=chances)
+            found, sent = self._looks.by_chance(look, nets(chances, len(spot), generator))
             if self.lit:
-                direct.add(rows, rounds[rows], total + net_means(found, look.count))
+                direct.add(batch, total + net_means(found, chances))
             if sent is not None:
-                halves = net_means(sent, look.count)
-                reflected.add(rows, rounds[rows], 0.5 * (halves[:, :3] + halves[:, 3:]))
-                differ = 0.5 * (halves[:, :3].sum(axis=1) - halves[:, 3:].sum(axis=1))
+                halves = net_means(sent, chances)
+                reflected.add(batch, 0.5 * (halves[:, :3] + halves[:, 3:]))
+                differ = 0.5 * batch.size * (halves[:, :3].sum(axis=1) - halves[:, 3:].sum(axis=1))
                 spread[0] += np.bincount(spot, differ, len(spots))
-                spread[1, rows] += rounds[rows]
-
-    def _uniforms(self, count: int, rays: int, generator: np.random.Generator) -> np.ndarray:
-        """Low-discrepancy pairs for each of ``count`` points, (count * rays, 2)."""
-        shifts = generator.integers(0, 1 << 32, (count, SHADOW_DIMENSIONS), np.uint32)
-        return scrambled_net(rays, shifts).reshape(-1, SHADOW_DIMENSIONS)
+                spread[1] += np.bincount(spot, minlength=len(spots)) * batch.size

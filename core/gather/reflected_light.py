@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..direct.lamp_light import LampLight
 from ..direct.looks import Look
 from ..direct.looks_by_numpy import LooksByNumPy
 from ..direct.shadows import Shadows
@@ -26,15 +25,15 @@ class ReflectedLight:
 
     It is known in two independent halves, see records.py: arrays of six columns have RGB by the first one and by the
     second. Rays that land where no record tells of the light are followed on: one ray more looks around from there,
-    and shadow rays go to ``lights`` (secondary gathering, Jensen 2001). At most ``bounces`` reflections count.
+    and shadow rays go to the lights, ``surroundings`` and lamps (secondary gathering, Jensen 2001). At most ``bounces``
+    reflections count.
     """
 
     def __init__(self, scene: Scene, caster: RayCaster, lights: Sequence[Light], records: Records, bounces: int):
         self._caster, self._records, self._bounces = caster, records, bounces
-        shadows = Shadows(scene, caster)
-        self._lamps = LampLight([light for light in lights if not hasattr(light, "met")], shadows, 1)
+        self._shadows = Shadows(scene, caster)
         self._surroundings = [light for light in lights if hasattr(light, "met")]
-        self._looks = LooksByNumPy(self._surroundings, shadows, np.inf)
+        self._looks = LooksByNumPy(self._surroundings, self._shadows, np.inf)
         self._looks.reflected = self
         self._albedo = np.concatenate([scene.albedo, scene.albedo], axis=1)
         self._reflects = scene.albedo.any(axis=1)
@@ -44,40 +43,44 @@ class ReflectedLight:
         """The records' ``direct`` and ``indirect`` irradiance (2 C, 3) W/m^2 are these from now on."""
         self._direct, self._all = _by_halves(direct), _by_halves(direct + indirect)
 
-    def sent(self, points, directions, triangle, places, generator: np.random.Generator, followed: int = 0):
-        """Radiosity (K, 6) W/m^2 of each ``triangle`` (K,), -1 for none, where rays from ``points`` (K, 3) met it.
+    def sent(self, look: Look, rows: np.ndarray, directions, triangle, places) -> np.ndarray:
+        """Radiosity (K, 6) W/m^2 of each ``triangle`` (K,), -1 for none, met at ``places`` (K, 3), in two halves.
 
-        The rays have unit ``directions`` (K, 3) and met it at ``places`` (K, 3). ``followed`` counts the rays before.
+        The ``rows`` (K,) of the look's rays met them, along unit ``directions`` (K, 3).
         """
         found = np.zeros((len(triangle), 6))
-        if followed >= min(self._bounces, MOST_FOLLOWED):
+        if look.followed >= min(self._bounces, MOST_FOLLOWED):
             return found
         met = np.flatnonzero((triangle >= 0) & self._reflects[triangle])
-        points, directions, triangle, places = (
-            part.take(met, axis=0) for part in (points, directions, triangle, places)
-        )
-        landings = Landings.of(self._caster, points, directions, triangle, places)
+        rows, directions, triangle, places = (part.take(met, axis=0) for part in (rows, directions, triangle, places))
+        landings = Landings.of(self._caster, look.rays.points.take(rows, axis=0), directions, triangle, places)
         cell = self._records.find(landings)
-        known = self._direct if followed == self._bounces - 1 else self._all
+        known = self._direct if look.followed == self._bounces - 1 else self._all
         irradiance = known.take(cell, axis=0)
-        rows = np.flatnonzero(cell < 0)
-        if len(rows):
-            onward = landings.taken(rows)
-            irradiance[rows] = self._around(onward.stands, onward.normals, generator, followed + 1)
+        unknown = np.flatnonzero(cell < 0)
+        if len(unknown):
+            irradiance[unknown] = self._around(look, landings.taken(unknown), rows.take(unknown))
         irradiance *= self._albedo.take(triangle, axis=0)
         found[met] = irradiance
         return found
 
-    def _around(self, points, normals, generator: np.random.Generator, followed: int) -> np.ndarray:
-        """Irradiance (K, 6) at ``points`` (K, 3) with ``normals`` (K, 3), by one ray each to each kind of light."""
-        spots = Spots(points, normals, *frames(normals), np.zeros(len(points), np.int64))
-        rows = np.arange(len(points))
-        look = Look(spots, rows, 1, 1.0, None, generator, None, np.zeros((len(points), 3)), followed)
+    def _around(self, look: Look, landings: Landings, rows: np.ndarray) -> np.ndarray:
+        """Irradiance (K, 6) at the ``landings`` (K) of those ``rows`` (K,) of a look, by a ray to each light."""
+        points, normals, generator = landings.stands, landings.normals, look.generator
+        group = look.rays.group.take(rows) + look.first
+        spots = Spots(points, normals, *frames(normals), group)
+        count, total = np.arange(len(points)), np.zeros((len(points), 3))
+        onward = Look(spots, count, 1, 1.0, None, generator, None, total, {}, look.nearby, 0, look.followed + 1)
         for light in self._surroundings:
             if light.aimed:
-                self._looks.aimed(light, look, generator.random((len(points), SHADOW_DIMENSIONS)))
-        found, sent = self._looks.by_chance(look, generator.random((len(points), 2)))
-        return sent + np.tile(found + look.total + self._lamps.by_one_ray(points, normals, generator), 2)
+                self._looks.aimed(light, onward, generator.random((len(points), SHADOW_DIMENSIONS)))
+        found, sent = self._looks.by_chance(onward, generator.random((len(points), 2)))
+        if look.nearby is not None and look.nearby.lamps:
+            lamps = look.nearby.rays(points, normals, group, generator.random((len(points), 3)))
+            shining = np.flatnonzero(lamps.light.any(axis=1))
+            ways = points[shining], lamps.directions[shining], lamps.distances[shining]
+            total[shining] += lamps.light[shining] * self._shadows.transmitted(*ways)
+        return sent + np.tile(found + total, 2)
 
 
 def _by_halves(irradiance: np.ndarray) -> np.ndarray:

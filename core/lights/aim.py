@@ -37,13 +37,19 @@ def rays_to_point(points: np.ndarray, position: np.ndarray, power: np.ndarray) -
 
 
 def rays_to_ball(
-    points: np.ndarray, position: np.ndarray, power: np.ndarray, radius: float, soft: bool, uniforms: np.ndarray
+    points: np.ndarray,
+    position: np.ndarray,
+    power: np.ndarray,
+    radius: float | np.ndarray,
+    soft: bool,
+    uniforms: np.ndarray,
 ) -> ShadowRays:
     """To a sphere of radiance ``power`` (3,) / (4 pi^2 radius^2), or with ``soft`` to its disc that faces each point.
 
     Both fill a cone, in which directions are uniform by solid angle. A ray ends on the near side of the sphere, or on
     the disc. A point inside the sphere sees the far side of it all around, as in Cycles; particles shine there only
-    once they have passed the disc through the centre.
+    once they have passed the disc through the centre. ``position`` and ``power`` may also be (K, 3), and ``radius``
+    (K,): then each point has a lamp of its own.
     """
     axes, distances = towards(position - points)
     if soft:
@@ -65,5 +71,6 @@ def rays_to_ball(
             (distances + radius) / np.where(inside, 1.0, np.maximum(far, distances - radius))
         )
         reach = np.where(inside, np.maximum(far, 0.0), near)
-    radiance = np.tile(power / (2.0 * np.pi * radius) ** 2, (len(points), 1))
+    radiance = power / ((2.0 * np.pi * np.asarray(radius)) ** 2)[..., None]
+    radiance = np.array(np.broadcast_to(radiance, points.shape))
     return ShadowRays(around(axes, part, uniforms[:, 1]), reach, radiance, 1.0 / (2.0 * np.pi * fall))

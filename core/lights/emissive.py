@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -74,18 +75,32 @@ class EmissiveTriangles:
 
     def shadow_rays(self, points: np.ndarray, uniforms: np.ndarray) -> ShadowRays:
         """To a place uniform on a triangle, chosen in proportion to its strongest channel times its area."""
-        chosen, places = self._places(uniforms)
+        chosen, first = choose(self.shares, uniforms[:, 0])
+        return self.rays_to(chosen, points, np.stack([first, uniforms[:, 1]], axis=1))
+
+    def rays_to(self, chosen: np.ndarray, points: np.ndarray, uniforms: np.ndarray) -> ShadowRays:
+        """To places uniform on the ``chosen`` (K,) of the triangles, with the density of :meth:`shadow_rays`."""
+        places = np.einsum("pc,pcx->px", triangle(uniforms), self.corners.take(chosen, axis=0))
         directions, distances = towards(places - points)
         radiance, density = self._seen(chosen, directions, distances)
         return ShadowRays(directions, distances, radiance, density)
 
+    @cached_property
+    def chances(self) -> np.ndarray:
+        """Probability (T,) with which :meth:`shadow_rays` chooses each triangle; zero where all are dark."""
+        return np.diff(self.shares, prepend=0.0) / max(self.shares[-1], np.finfo(float).tiny)
+
+    def number(self, triangle: np.ndarray) -> np.ndarray:
+        """Which of these each of the scene's ``triangle`` (K,) is; anything where it is none of them."""
+        return np.minimum(np.searchsorted(self.rows, triangle), len(self.rows) - 1)
+
     def among(self, triangle: np.ndarray) -> np.ndarray:
         """Whether each of the scene's ``triangle`` (K,), -1 for none, is one of these."""
-        return self.rows[np.minimum(np.searchsorted(self.rows, triangle), len(self.rows) - 1)] == triangle
+        return self.rows[self.number(triangle)] == triangle
 
     def met(self, points: np.ndarray, directions: np.ndarray, triangle: np.ndarray, places: np.ndarray):
         """Radiance (K, 3) of the triangles that the rays met, and the density (K,) of being aimed at there."""
-        found = np.minimum(np.searchsorted(self.rows, triangle), len(self.rows) - 1)
+        found = self.number(triangle)
         mine = self.rows[found] == triangle
         distances = np.linalg.norm(np.where(mine[:, None], places - points, 0.0), axis=1)
         radiance, density = self._seen(found, directions, distances)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from detp.core.bake import bake
 from detp.core.direct.ambient_occlusion import ambient_occlusion
-from detp.core.direct.direct_light import MOST_SHARP_LAMPS, DirectLight
-from detp.core.direct.lamp_choice import LampChoice
+from detp.core.direct.direct_light import DirectLight
 from detp.core.direct.low_discrepancy import scrambled_net
+from detp.core.direct.scene_lights import MOST_SHARP_LAMPS
 from detp.core.direct.shadows import Shadows
 from detp.core.errors import InvalidSettingError
 from detp.core.lights.area import AreaLight
@@ -71,22 +71,6 @@ def test_shifted_nets_are_uniform():
     last = scrambled_net(16, shifts)[:, 15]
     counts = np.histogram2d(last[:, 0], last[:, 1], 5, [(0, 1), (0, 1)])[0]
     assert ((counts - 160) ** 2 / 160).sum() < 51  # chi-square, 24 degrees of freedom, p = 0.001
-
-
-def test_lamps_are_chosen_as_often_as_their_probability_says():
-    lamps = [PointLight((x, 0, 1.0), np.full(3, power), 0.1) for x, power in ((0, 1), (2, 5), (4, 0), (1, 50))]
-    points = np.array([(0, 0, 0), (3, 0, 0.0)])
-    choice = LampChoice(lamps, points, np.tile(UP, (2, 1)))
-    generator = np.random.default_rng(3)
-    counts, stated = np.zeros((2, 4)), np.zeros((2, 4))
-    for _ in range(2000):
-        chosen, probability = choice.chosen(np.arange(2), 16, generator.random(2))
-        for row in (0, 1):
-            part = slice(16 * row, 16 * row + 16)
-            counts[row] += np.bincount(chosen[part], minlength=4)
-            stated[row, chosen[part]] = probability[part]
-    assert counts / 32000 == pytest.approx(stated, abs=0.003)
-    assert stated.sum(axis=1) == pytest.approx(1) and (stated > 0).all()
 
 
 @pytest.mark.parametrize("sharp", [True, False])

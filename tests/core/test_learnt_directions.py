@@ -88,14 +88,14 @@ def test_light_through_a_hole_is_right_whatever_was_learnt():
 @pytest.mark.parametrize("kind", ["picture", "emissive"])
 def test_learning_changes_no_mean(kind, monkeypatch):
     scene, points, normals = room(kind)
-    learnt = np.array([looked(scene, points, normals, seed=s).irradiance.value.sum(axis=1) for s in range(16)])
+    learnt = np.array([looked(scene, points, normals, 64, s).irradiance.value.sum(axis=1) for s in range(16)])
     monkeypatch.setattr(DirectionSums, "guide", lambda self: None)
     monkeypatch.setattr("detp.core.direct.direct_light.planned", lambda n, had, *_: (np.full(len(had[0]), n),) * 2)
     plain = np.array([looked(scene, points, normals, 64, 90 + s).irradiance.value.sum(axis=1) for s in range(16)])
     usual = np.concatenate([learnt, plain]).mean()
     a, b = (learnt / usual).mean(axis=1), (plain / usual).mean(axis=1)
     assert abs(a.mean() - b.mean()) < 3.5 * np.sqrt((a.var(ddof=1) + b.var(ddof=1)) / 16)
-    assert (learnt.var(axis=0) / usual**2).mean() < 2 * (plain.var(axis=0) / usual**2).mean()
+    assert (learnt.var(axis=0) / usual**2).mean() < 1.1 * (plain.var(axis=0) / usual**2).mean()
 
 
 def test_the_error_is_honest():
@@ -144,18 +144,18 @@ def test_lamps_that_are_certain_leave_their_rays_to_the_sky():
     )
     light = looked(scene, points, normals, 64)
     assert light.rays == pytest.approx(64 * light.rays_per_round, rel=0.02)
-    assert light._around.after.count.mean() > 1.3 * light._by_lamps.count.mean()
-    assert light._by_lamps.count.min() >= LEAST_SHARE * 60
+    assert light._by_surroundings.before.count.mean() > 1.3 * light._by_lamps.before.count.mean()
+    assert light._by_lamps.before.count.min() >= 1
 
 
 def test_points_with_other_light_need_fewer_rays():
     scene, points, normals = room("world")
     light = looked(scene, points, normals, 16)
-    before, bright = light._around.after.count.copy(), points[:, 0] > 0
+    before, bright = light._by_surroundings.after.count.copy(), points[:, 0] > 0
     for _ in light.rounds(16, 48, np.where(bright, 100.0, 0.0)[:, None] * np.ones(3)):
         pass
     more = np.empty(len(points))
-    more[light._groups.order] = light._around.after.count - before
+    more[light._groups.order] = light._by_surroundings.after.count - before
     assert more[bright].mean() < 0.7 * more[~bright].mean()
 
 

@@ -1,0 +1,133 @@
+"""Direct light at places that are no points of a bake, but near some, by one shadow ray each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ..lights.light import ShadowRays, Surroundings
+from ..parallel import slices
+from ..sampling import cosine_hemisphere
+from .emitter_choice import EmitterChoice
+from .lamp_light import LampLight
+from .learnt_choice import LearntChoice
+
+#: Share that each kind of light counts at least as, of all the light, however little of it was found.
+LEAST_SHARE = 0.1
+
+#: Places that are worked on at a time.
+_PLACES_PER_BLOCK = 1 << 12
+
+_BELOW_ONE = np.nextafter(1.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Arriving:
+    """A ray from each of K places towards light.
+
+    directions  (K, 3) unit, from the place to the light
+    distances   (K,) metres to the light, or as far as something may shade it; inf for distant lights
+    light       (K, 3) W/m^2, RGB: radiance times cosine over density, still to be multiplied by what the way lets pass
+    """
+
+    directions: np.ndarray
+    distances: np.ndarray
+    light: np.ndarray
+
+
+@dataclass(frozen=True)
+class NearbyLight:
+    """Aims from places near G groups of points, which may face any way, at what the groups know of the lights.
+
+    lamps         kinds of lamps, of which each has learnt how to choose
+    surroundings  further kinds of one light each
+    shining       the learnt choices of those surroundings that are made of triangles, by their identities
+    centres       (G, 3) metres, the middle of each group's points, from which lights look much as from the places
+    brought       (G, kinds) what light, RGB sum, the groups found of each kind, in any unit
+    reach         how far away surfaces shade places from distant surroundings, metres
+    """
+
+    lamps: Sequence[LampLight]
+    surroundings: Sequence[Surroundings]
+    shining: dict[int, LearntChoice]
+    centres: np.ndarray
+    brought: np.ndarray
+    reach: float
+
+    def of_lamps(self) -> NearbyLight:
+        """The lamps alone."""
+        return replace(self, surroundings=(), brought=self.brought[:, : len(self.lamps)])
+
+    def rays(self, places: np.ndarray, normals: np.ndarray, group: np.ndarray, uniforms: np.ndarray) -> Arriving:
+        """A ray from each of ``places`` (K, 3), metres, that face along unit ``normals`` (K, 3).
+
+        They follow what ``group`` (K,) knows of the lights, and ``uniforms`` (K, 3) in [0, 1): which light, and where
+        on it (2). Times what the way over the distance lets pass (:meth:`.Shadows.transmitted`), the mean of the light
+        over uniforms is the irradiance by all lights, whatever was learnt; the better the group knows which of them
+        shine there, the less noisy it is. Light from behind the surface is zero.
+        """
+        found = Arriving(np.tile((0.0, 0.0, 1.0), (len(places), 1)), np.full(len(places), np.inf), 0.0 * places)
+        for block in slices(len(places) if self.brought.shape[1] else 0, _PLACES_PER_BLOCK):
+            share = self._shares(group[block])
+            kind, rest = _chosen(share, uniforms[block, 0])
+            for number in np.unique(kind).tolist():
+                rows = np.flatnonzero(kind == number)
+                at = block.start + rows
+                within = np.stack([rest[rows], uniforms[at, 1], uniforms[at, 2]], axis=1)
+                rays, probability = self._of_kind(number, places[at], normals[at], group[at], within)
+                cosine = np.maximum(np.einsum("ij,ij->i", normals[at], rays.directions), 0.0)
+                weight = cosine / (rays.density * probability * share[rows, number])
+                found.directions[at], found.distances[at] = rays.directions, rays.distances
+                found.light[at] = rays.radiance * weight[:, None]
+        return found
+
+    def _shares(self, group: np.ndarray) -> np.ndarray:
+        """The probability (K, kinds) with which each chooses that kind."""
+        brought = self.brought[group]
+        total = brought.sum(axis=1, keepdims=True)
+        share = np.divide(brought, total, out=np.zeros_like(brought), where=total > 0.0) + LEAST_SHARE
+        return share / share.sum(axis=1, keepdims=True)
+
+    def _choice(self, learnt: LearntChoice) -> EmitterChoice:
+        """How each group chooses among those lights."""
+        if id(learnt) not in self._choices:
+            self._choices[id(learnt)] = learnt.around(self.centres, np.arange(len(self.centres)))
+        return self._choices[id(learnt)]
+
+    @cached_property
+    def _choices(self) -> dict[int, EmitterChoice]:
+        return {}
+
+    def _of_kind(self, number, places, normals, group, uniforms) -> tuple[ShadowRays, np.ndarray]:
+        """Rays to lights of one kind, and the probability (K,) of each light among them."""
+        if number < len(self.lamps):
+            lamps = self.lamps[number]
+            chosen, _, _, probability = self._choice(lamps.learnt).chosen(group, uniforms[:, 0])
+            return lamps.rays_to(chosen, places, uniforms[:, 1:]), probability
+        light = self.surroundings[number - len(self.lamps)]
+        if id(light) in self.shining:
+            chosen, _, _, probability = self._choice(self.shining[id(light)]).chosen(group, uniforms[:, 0])
+            rays = light.rays_to(chosen, places, uniforms[:, 1:])
+            return rays, probability / np.maximum(light.chances[chosen], np.finfo(float).tiny)
+        if light.aimed:
+            rays = light.shadow_rays(places, uniforms[:, 1:])
+        else:
+            directions, nothing = cosine_hemisphere(normals, uniforms[:, 1:]), np.full(len(places), -1)
+            cosine = np.einsum("ij,ij->i", normals, directions)
+            radiance, _ = light.met(places, directions, nothing, places)
+            density = np.maximum(cosine, np.finfo(float).tiny) / np.pi
+            rays = ShadowRays(directions, np.full(len(places), np.inf), radiance, density)
+        distances = np.minimum(rays.distances, self.reach) if light.distant else rays.distances
+        return ShadowRays(rays.directions, distances, rays.radiance, rays.density), np.ones(len(places))
+
+
+def _chosen(share: np.ndarray, uniforms: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The column (K,) that each row of ``share`` (K, C) chooses by ``uniforms`` (K,), and these rescaled in it."""
+    ends = np.cumsum(share, axis=1)
+    column = np.minimum((uniforms[:, None] >= ends).sum(axis=1), share.shape[1] - 1)
+    rows = np.arange(len(share))
+    own = share[rows, column]
+    return column, np.clip((uniforms - (ends[rows, column] - own)) / own, 0.0, _BELOW_ONE)

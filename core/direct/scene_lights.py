@@ -1,0 +1,97 @@
+"""The lights of a scene by the way in which points look for their light, with what the points learn of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..lights.emissive import EmissiveTriangles
+from ..lights.light import Light
+from .emitters import Emitters
+from .lamp_light import LampLight
+from .learnt_choice import LearntChoice
+from .nearby_light import NearbyLight
+from .point_groups import PointGroups
+from .shadows import Shadows
+from .spots import Spots
+from .surrounding_light import SurroundingLight
+from .triangle_choice import TriangleChoice
+
+#: Up to so many lamps without extent are all asked, exactly; of more, as of lamps with extent, some are chosen.
+MOST_SHARP_LAMPS = 32
+
+
+class SceneLights:
+    """``lights`` for ``points`` (N, 3) with ``normals`` (N, 3), which are in the order of their ``groups``.
+
+    A round has ``rays`` to lamps, to each of the surroundings, and by chance. Surfaces farther than ``reach`` metres do
+    not shade a point from the world.
+
+    Attributes ``sharp`` and ``soft``: the lamps that are asked exactly and by choice, None without any;
+    ``surroundings``: all other lights.
+    """
+
+    def __init__(
+        self,
+        lights: Sequence[Light],
+        shadows: Shadows,
+        reach: float,
+        rays: int,
+        groups: PointGroups,
+        points: np.ndarray,
+        normals: np.ndarray,
+    ):
+        self._groups, self._reach = groups, reach
+        self._centres = np.ascontiguousarray(groups.means(points.T).T[groups.start[:-1]])
+        self._around = [light for light in lights if hasattr(light, "met")]
+        lamps = [light for light in lights if not hasattr(light, "met")]
+        sharp = [lamp for lamp in lamps if lamp.sharp]
+        sharp = sharp if len(sharp) <= MOST_SHARP_LAMPS else []
+        soft = [lamp for lamp in lamps if lamp not in sharp]
+
+        def choice(emitters: Emitters, each: bool = True) -> LearntChoice:
+            return LearntChoice(emitters, groups, points, normals, each)
+
+        self.sharp = LampLight(sharp, shadows, 0, choice(Emitters.of_lamps(sharp), False)) if sharp else None
+        self.soft = LampLight(soft, shadows, rays, choice(Emitters.of_lamps(soft))) if soft else None
+        self.surroundings = SurroundingLight(self._around, shadows, reach, rays)
+        shining = [light for light in self._around if isinstance(light, EmissiveTriangles)]
+        self._shining = [(light, choice(Emitters.of_triangles(light))) for light in shining]
+
+    @property
+    def any(self) -> bool:
+        """Whether there are lights at all."""
+        return bool(self._around) or self.sharp is not None or self.soft is not None
+
+    @property
+    def costs(self) -> tuple[int, int]:
+        """Rays in a round to lamps, and to surroundings."""
+        return 0 if self.soft is None else self.soft.rays_per_round, self.surroundings.rays_per_round
+
+    def aims(self, part: slice, rows: slice, spots: Spots, lit: np.ndarray) -> dict[int, TriangleChoice]:
+        """How the ``spots``, which are the ``rows`` of all points and the groups in ``part``, aim at shining triangles,
+        by these lights' identities. ``lit`` (K,) is what light, RGB sum, has been found at each."""
+        found = {}
+        for light, learnt in self._shining:
+            choice = learnt.choice(part, rows, spots.points, spots.normals, spots.group)
+            found[id(light)] = TriangleChoice(light, choice, learnt, part, rows, choice.scale(lit))
+        return found
+
+    def learn(self) -> None:
+        """Choose by what has been found so far from now on."""
+        lamps = [lamps.learnt for lamps in (self.sharp, self.soft) if lamps is not None]
+        for learnt in (*lamps, *(learnt for _, learnt in self._shining)):
+            learnt.learn()
+
+    def nearby(self, exact: np.ndarray, by_lamps: np.ndarray, by_surroundings: np.ndarray) -> NearbyLight:
+        """Light at places near the points, by what their groups have learnt, and by the light (3, N) that was found of
+        sharp lamps, of soft ones and of surroundings."""
+        lamps = [(self.soft, by_lamps), (self.sharp, exact)]
+        lamps = [(light, found) for light, found in lamps if light is not None]
+        found = [each for _, each in lamps] + [by_surroundings / max(len(self._around), 1)] * len(self._around)
+        brought = np.zeros((len(self._groups.start) - 1, len(found)))
+        for column, light in enumerate(found):
+            brought[:, column] = np.add.reduceat(np.abs(light).sum(axis=0), self._groups.start[:-1])
+        shining = {id(light): learnt for light, learnt in self._shining}
+        return NearbyLight([light for light, _ in lamps], self._around, shining, self._centres, brought, self._reach)

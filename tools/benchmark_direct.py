@@ -61,7 +61,7 @@ def opened(path: Path, count: int):
 
 
 def measure(scene, caster, points, normals, error, some, reference) -> None:
-    settings = BakeSettings(error=error, indirect=False)
+    settings = BakeSettings(error=error, indirect="off")
     light = DirectLight(scene, caster, points, normals, settings, lights_of(scene))
     start = time.perf_counter()
     for _ in light.rounds(0, first_rounds(light, settings, start)):

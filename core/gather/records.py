@@ -13,6 +13,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from ..bounds import Bounds
 from ..direct.surfaces import Surfaces
 from ..discs import TangentDiscs
 from ..lights.aim import towards
@@ -37,6 +38,10 @@ WIDTH, GROWTH = 1.2, 0.5
 
 #: Rays shorter than so many sides of the smallest cells look nothing up.
 NEAR = 2.0
+
+#: Photons that a bake may well have, and crossings of them that the smallest disc of a half is to have at least if they
+#: come down evenly on the box around all landings but this share of outlying ones on each side.
+PHOTONS, CROSSINGS, OUTLYING = 1 << 18, 8.0, 0.02
 
 #: Who looks around from where a ray landed stands so many tolerances of the caster off the surface, back along the ray,
 #: which is free; rays that graze go back no farther than those of this cosine.
@@ -169,7 +174,7 @@ def _affordable(caster: RayCaster, landings: Landings, points: int, size: float)
     if len(landings.lengths) == 0:
         return size
     most = int(np.clip(CELLS_PER_POINT * points, LEAST_CELLS, MOST_CELLS))
-    finest = float(np.quantile(landings.lengths, SHORT)) / NEAR
+    finest = max(float(np.quantile(landings.lengths, SHORT)) / NEAR, _photons_allow(landings))
     while finest < size:
         cells = Cells(caster.centre, size, finest)
         seen = landings.lengths > 0.5 * NEAR * finest
@@ -177,6 +182,13 @@ def _affordable(caster: RayCaster, landings: Landings, points: int, size: float)
             break
         finest *= 2.0**0.25
     return finest
+
+
+def _photons_allow(landings: Landings) -> float:
+    """Sides of cells, metres, below which discs would be crossed too seldom."""
+    low, high = np.quantile(landings.places, (OUTLYING, 1.0 - OUTLYING), axis=0)
+    area = 2.0 * float(Bounds(low, high).face_areas.sum())
+    return np.sqrt(2.0 * CROSSINGS * area / PHOTONS / np.pi) / WIDTH
 
 
 def _cut(caster: RayCaster, landings: Landings, held: Landings, cell: np.ndarray, sides: np.ndarray) -> np.ndarray:

@@ -26,7 +26,7 @@ def assert_calibrated(found: calibration.Coverage):
 def test_intervals_hold_the_converged_value_as_often_as_they_say(subject, share, photons, settings):
     place = calibration.SUBJECTS[subject](points=40)
     radius = share * place.scene.bounds.radius
-    settings = {"direct": "photons", "radius": radius, "photons": photons} | settings
+    settings = {"direct": "photons", "indirect": "photons", "radius": radius, "photons": photons} | settings
     found = calibration.coverage(*calibration.repeated(place, SEEDS, **settings), spread=2.0)
     assert found.crossings > 20
     assert_calibrated(found)
@@ -34,7 +34,7 @@ def test_intervals_hold_the_converged_value_as_often_as_they_say(subject, share,
 
 def test_a_disc_as_large_as_the_room_is_crossed_by_the_same_particles_again_and_again(monkeypatch):
     place = calibration.furnace(points=25)
-    settings = {"radius": 0.6 * place.scene.bounds.radius, "photons": 300, "direct": "photons"}
+    settings = {"radius": 0.6 * place.scene.bounds.radius, "photons": 300, "direct": "photons", "indirect": "photons"}
     found = calibration.coverage(*calibration.repeated(place, SEEDS, **settings))
     assert_calibrated(found)
     # What this takes away: without it the error is far too small.

@@ -47,7 +47,19 @@ def test_ctrl_c_ends_with_130_and_leaves_everything_as_it_was(scene, tmp_path):
     output = tmp_path / "out.blend"
     output.write_bytes(b"older")
     before = scene.read_bytes()
-    arguments = [scene, "-o", output, "--photons", 10**10, "--radius", 0.1, "--report", tmp_path / "r.json"]
+    arguments = [
+        scene,
+        "-o",
+        output,
+        "--indirect",
+        "photons",
+        "--photons",
+        10**10,
+        "--radius",
+        0.1,
+        "--report",
+        tmp_path / "r.json",
+    ]
     process = subprocess.Popen(
         [*PROGRAM, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )

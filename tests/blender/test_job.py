@@ -1,5 +1,7 @@
 """The bake job: nothing is touched before its end, and what changes under it costs only that object."""
 
+from dataclasses import replace
+
 import bpy
 import numpy as np
 import pytest
@@ -142,19 +144,20 @@ def test_names_must_be_those_of_meshes():
 
 def test_points_of_objects_that_cannot_be_written_are_not_computed(monkeypatch):
     bpy.data.objects["Floor"].data.attributes.new("irradiance", "FLOAT", "POINT")
-    wanted = []
+    # With discs at the points each is baked as it would be alone.
+    settings, wanted = replace(SETTINGS, indirect="photons"), []
     real = job.bake
 
-    def watched(scene, centres, normals, settings, inward):
+    def watched(scene, centres, normals, given, inward):
         wanted.append(len(centres))
-        return real(scene, centres, normals, settings, inward)
+        return real(scene, centres, normals, given, inward)
 
     monkeypatch.setattr(job, "bake", watched)
-    report, _ = finished(steps())
+    report, _ = finished(steps(settings=settings))
     assert wanted == [24] and report.points == 24
     alone = colours("Box")
     bpy.data.objects["Floor"].data.attributes.remove(bpy.data.objects["Floor"].data.attributes["irradiance"])
-    finished(steps())
+    finished(steps(settings=settings))
     np.testing.assert_array_equal(colours("Box"), alone)
 
 

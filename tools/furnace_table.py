@@ -166,7 +166,8 @@ def row_with_more(name: str, enclosure: Furnace, radius: float, photons: int) ->
 
 def baked(enclosure: Furnace, estimator: str, radius: float | None, photons: int) -> BakeResult:
     exported = enclosure.exported
-    settings = BakeSettings("final", photons, radius, estimator=estimator, direct="photons")
+    # What shines here is known to photons alone.
+    settings = BakeSettings("final", photons, radius, estimator=estimator, direct="photons", indirect="photons")
     steps = bake(exported.scene, exported.centres, exported.normals, settings, exported.inward)
     while True:
         try:

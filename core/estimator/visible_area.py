@@ -111,6 +111,12 @@ class VisibleDiscs:
         area = VisibleArea(*(getattr(self.area, field.name)[rows] for field in fields(VisibleArea)))
         return VisibleDiscs(self.discs.taken(rows), area)
 
+    def with_rows(self, rows: np.ndarray, others: VisibleDiscs) -> VisibleDiscs:
+        """The same, with the discs of those ``rows`` (K,) replaced by ``others`` (K)."""
+        order = np.arange(len(self.discs))
+        order[rows] = len(order) + np.arange(len(rows))
+        return VisibleDiscs.joined([self, others]).taken(order)
+
     @staticmethod
     def joined(parts: list[VisibleDiscs]) -> VisibleDiscs:
         """All discs of ``parts`` in their order; ``parts`` holds at least one."""

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 
 import numpy as np
 
 from ..direct.direct_light import DirectLight
+from ..discs import TangentDiscs
 from ..estimator.visible_area import SPARSE, VisibleDiscs, visible_discs
 from ..lights.light import Light
 from ..photons.emission import lights_of
@@ -65,15 +66,22 @@ class RecordLight:
 
     def place(self, kinds: Sequence[str]) -> Iterator[None]:
         """Place the records' discs and make the searches for ``kinds`` of photons, step by step."""
-        parts = []
-        for part in visible_discs(self._caster, self._records.discs, every=SPARSE):
-            parts.append(part)
-            yield
-        placed = VisibleDiscs.joined(parts)
+        placed = yield from self._placed(self._records.discs, SPARSE)
+        # Where a wall or an edge is in the way, its outline is looked at closely.
+        rows = np.flatnonzero(placed.area.partial)
+        if len(rows):
+            placed = placed.with_rows(rows, (yield from self._placed(self._records.discs.taken(rows), 1)))
         cells = len(self._records)
         halves = [placed.taken(slice(0, cells)), placed.taken(slice(cells, 2 * cells))]
         most = self._settings.bounces - 1
         self.searches = [PhotonSearch(kind, half, number, most) for kind in kinds for number, half in enumerate(halves)]
+
+    def _placed(self, discs: TangentDiscs, every: int) -> Generator[None, None, VisibleDiscs]:
+        parts = []
+        for part in visible_discs(self._caster, discs, every=every):
+            parts.append(part)
+            yield
+        return VisibleDiscs.joined(parts)
 
     def update(self) -> None:
         """Let what has been found be looked up."""

@@ -47,6 +47,9 @@ PHOTONS, CROSSINGS, OUTLYING = 1 << 18, 8.0, 0.02
 #: which is free; rays that graze go back no farther than those of this cosine.
 STAND_OFF, GRAZING = 8, 0.1
 
+#: Of fewer landings than this nobody knows whether a wall runs through their cell.
+LEAST_LANDINGS = 4
+
 #: Landings of a cell that do not see its records may do so from this share of the cell's side higher: over a bump.
 HIGHER = 0.15
 
@@ -192,11 +195,11 @@ def _photons_allow(landings: Landings) -> float:
 
 
 def _cut(caster: RayCaster, landings: Landings, held: Landings, cell: np.ndarray, sides: np.ndarray) -> np.ndarray:
-    """Whether (C,) a wall runs through each cell: one of its ``landings`` (K), in ``cell`` (K,), does not see a record.
+    """Whether (C,) a wall may run through each cell: one of ``landings`` (K), in ``cell`` (K,), does not see a record.
 
     ``held`` are the records' 2 C landings, ``sides`` (C,) the cells' in metres.
     """
-    cut = np.zeros(len(sides), bool)
+    cut = np.bincount(cell, minlength=len(sides)) < LEAST_LANDINGS
     for half in (0, len(sides)):
         record = cell + half
         hidden = np.flatnonzero(_between(caster, landings.stands, held.stands.take(record, axis=0)))

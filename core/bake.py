@@ -99,6 +99,11 @@ class BakeResult:
         """The share by which half of the lit points are likely to be off at most; NaN when all are dark."""
         return self.light.relative_error
 
+    @property
+    def high_error(self) -> float:
+        """The share of the light that is seen by which nine tenths of the points are likely to be off at most."""
+        return self.light.high_error
+
 
 def bake(
     scene: Scene, centres: np.ndarray, normals: np.ndarray, settings: BakeSettings, inward: np.ndarray | None = None

@@ -167,6 +167,7 @@ def bake_scene(
             "total": end - start,
         },
         relative_error=result.relative_error,
+        high_error=result.high_error,
         modelled=tuple(export.modelled),
         left_out=tuple(export.left_out),
         blender_scene=names[0],

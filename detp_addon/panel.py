@@ -151,12 +151,14 @@ def _draw_forecast(layout: bpy.types.UILayout, context) -> None:
 
 def _draw_figures(layout: bpy.types.UILayout, report: BakeReport, units: bpy.types.UnitSettings) -> None:
     error = f"{report.relative_error:.1%}" if math.isfinite(report.relative_error) else "No light arrived"
+    high = f"{report.high_error:.1%}" if math.isfinite(report.high_error) else "Unknown"
     column = layout.column(align=True)
     for name, value in (
         ("Objects", _number(report.objects)),
         ("Points", _number(report.points)),
         ("Time", _duration(report.seconds["total"])),
         ("Estimated Error", error),
+        ("Of Nine Tenths", high),
         ("Photons", _number(report.photons)),
         ("Radius", _length(report.radius, units)),
         ("Gatherer", GATHERER_NAMES.get(report.gatherer, report.gatherer)),

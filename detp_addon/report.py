@@ -23,6 +23,7 @@ class BakeReport:
     gatherer        that found the crossings, and ``gatherer_reason`` for its choice
     seconds         of each of STAGES, and their total
     relative_error  estimated: the share by which half of the lit points are off at most; NaN when all are dark
+    high_error      the same for nine tenths of the points, beside the light that is usual where they are next to dark
     modelled        features of the scene that were found and needed; ``left_out`` those that were not honoured
     warnings        one sentence each
     output          the file written, or None inside Blender
@@ -43,6 +44,7 @@ class BakeReport:
     gatherer_reason: str
     seconds: dict[str, float]
     relative_error: float
+    high_error: float = math.nan
     modelled: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
@@ -54,13 +56,16 @@ class BakeReport:
         """The report as values that JSON knows; a relative error that does not exist becomes null."""
         entry = asdict(self)
         order = ("scene", "output", *(name for name in entry if name not in ("scene", "output")))
-        if not math.isfinite(self.relative_error):
-            entry["relative_error"] = None
+        for name in ("relative_error", "high_error"):
+            if not math.isfinite(entry[name]):
+                entry[name] = None
         return {name: entry[name] for name in order}
 
     def headline(self) -> str:
         """One line for people: what was baked, in what time, how well."""
-        error = f"{self.relative_error:.1%}".replace("%", " %") if math.isfinite(self.relative_error) else "unknown"
+        error = _percent(self.relative_error) if math.isfinite(self.relative_error) else "unknown"
+        if math.isfinite(self.high_error):
+            error += f", nine tenths of the points within {_percent(self.high_error)}"
         return (
             f"Baked {counted(self.objects, 'object')}, {counted(self.points, 'point')} with "
             f"{counted(self.photons, 'photon')} in {self.seconds['total']:.1f} s; median error {error} "
@@ -77,6 +82,10 @@ class BakeReport:
         if self.filled:
             lines.append(f"Filled from neighbours: {counted(self.filled, 'element')}.")
         return lines + [f"Warning: {warning}" for warning in self.warnings]
+
+
+def _percent(share: float) -> str:
+    return f"{share:.1%}".replace("%", " %")
 
 
 def to_json(entries: list[dict]) -> str:

@@ -31,7 +31,7 @@ def test_json_has_every_key_in_a_stable_order():
     assert set(entry) == {
         "scene", "output", "objects", "points", "triangles", "lights", "photons", "shadow_rays", "segments", "radius",
         "gatherer",
-        "seconds", "relative_error", "modelled", "left_out", "warnings", "filled", "gatherer_reason",
+        "seconds", "relative_error", "high_error", "modelled", "left_out", "warnings", "filled", "gatherer_reason",
         "blender_scene", "view_layer",
     }  # fmt: skip
     assert set(entry["seconds"]) == {"export", "shadow", "trace", "gather", "write", "total"}
@@ -48,6 +48,8 @@ def test_people_read_counts_and_everything_that_was_noticed():
     assert REPORT.headline() == (
         "Baked 1 object, 45 210 points with 2.1 M photons in 3.8 s; median error 5.2 % (radius 0.25 m, disc-index)."
     )
+    both = BakeReport(**{**REPORT.__dict__, "high_error": 0.12}).headline()
+    assert "median error 5.2 %, nine tenths of the points within 12.0 % (" in both
     assert REPORT.details() == [
         "Modelled: 2 point lights, diffuse bounces.",
         "Left out: fog.",

@@ -360,7 +360,7 @@ def flush(size):
     )
 
 
-@case("a closed room in the dark, with sun, world and lamp outside", "E = 0 but for a ray in millions, corners included")
+@case("a closed room in the dark, with sun, world and lamp outside", "E = 0 but for a ray in millions, also in corners")
 def darkness(size):
     quads = box_quads((2, 2, 2)) - 1
     points, normals = face_points(quads, 3)

@@ -60,15 +60,20 @@ def test_ctrl_c_ends_with_130_and_leaves_everything_as_it_was(scene, tmp_path):
         "--report",
         tmp_path / "r.json",
     ]
+    # Who runs the tests in the background has Ctrl-C ignored, and so would the bake.
     process = subprocess.Popen(
-        [*PROGRAM, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
-    for line in process.stdout:
-        if "Tracing" in line:
-            break
-    time.sleep(0.3)
-    process.send_signal(signal.SIGINT)
-    _, errors = process.communicate(timeout=60)
+        [*PROGRAM, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )  # fmt: skip
+    try:
+        for line in process.stdout:
+            if "Tracing" in line:
+                break
+        time.sleep(0.3)
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
+    finally:
+        process.kill()
     assert process.returncode == 130
     assert errors.strip() == "detp: cancelled"
     assert output.read_bytes() == b"older" and scene.read_bytes() == before

@@ -135,7 +135,8 @@ def bake(
     places = Standpoints.joined((yield from _gathered("Placing the points", stopwatch.timed("place", finding))))
     standing = stopwatch.seconds["place"] - before
 
-    lights = lights_of(scene) if settings.direct_by == "shadow-rays" else []
+    shining = lights_of(scene)
+    lights = shining if settings.direct_by == "shadow-rays" else []
     rays, by_rays = None, Irradiance.dark(len(centres))
     if lights or gathers:
         rays = DirectLight(scene, caster, places.origins, normals, settings, lights)
@@ -159,7 +160,7 @@ def bake(
             landings = scouted(scene, caster, places.origins, normals, settings.seed)
             side = None if settings.radius is None else settings.radius / WIDTH
             made = Records(caster, landings, len(centres), settings.seed, side)
-            records = RecordLight(scene, caster, made, settings, [] if by_photons else lights_of(scene))
+            records = RecordLight(scene, caster, made, settings, shining, by_photons)
         gathers = len(records) > 0
     if gathers:
         yield Progress("Placing the records", 0.0)
@@ -170,7 +171,7 @@ def bake(
         for _ in stopwatch.timed("shadow", records.look_at_lights()):
             yield Progress("Lighting the records", 0.0)
         records.update()
-        rays.gather(records.reflected, lights_of(scene))
+        rays.gather(records.reflected, shining)
 
     yield Progress("Choosing the radius", 0.0)
     with stopwatch("radius"):
@@ -201,12 +202,16 @@ def bake(
     def part(kind: str) -> Irradiance:
         return sum((s.estimate.irradiance for s in own if s.kind == kind), Irradiance.dark(len(centres)))
 
-    def found() -> BakeResult:
+    def found() -> tuple[BakeResult, Irradiance, Irradiance]:
+        """What has been found, and of it what more rays, and what more photons would mend."""
         direct, indirect = by_rays + part("direct"), part("indirect") + part("caustic")
+        at_points = sum((s.estimate.noise for s in own), Irradiance.dark(len(centres)))
+        mended = by_rays, at_points
         if gathers:
             reflected, spread = rays.reflected, rays.reflected_spread(records.common_error)
             indirect = indirect + reflected + Irradiance(np.zeros_like(spread.value), spread.standard_error)
-        return BakeResult(
+            mended = by_rays + reflected, at_points + spread
+        result = BakeResult(
             direct=direct,
             indirect=indirect,
             hidden=hidden_points(covered, places.enclosed, direct.value + indirect.value),
@@ -220,17 +225,11 @@ def bake(
             emitted_flux=tracer.emitted_flux,
             cut_flux=photons.cut_flux if photons is not None else np.zeros(3),
         )
+        return result, *mended
 
-    def noises() -> tuple[Irradiance, Irradiance]:
-        """What more rays, and what more photons would mend."""
-        mended = sum((s.estimate.noise for s in own), Irradiance.dark(len(centres)))
-        if not gathers:
-            return by_rays, mended
-        return by_rays + rays.reflected, mended + rays.reflected_spread(records.common_error)
-
-    result = found()
+    result, *mended = found()
     refinement = Refinement(settings, rays, photons, stopwatch, start, len(records) if gathers else 0)
-    refinement.observe(*noises(), result.light)
+    refinement.observe(*mended, result.light)
     while (step := refinement.next()) is not None:
         if step.rounds:
             last = rays.done + step.rounds
@@ -250,8 +249,8 @@ def bake(
                 yield Progress(phase, refinement.fraction)
             if gathers:
                 records.update()
-        result = found()
-        refinement.observe(*noises(), result.light)
+        result, *mended = found()
+        refinement.observe(*mended, result.light)
         yield Progress("Refining", refinement.fraction, result)
     return result
 
@@ -282,11 +281,7 @@ def _prepared(
                 search.gatherer = same
     yield
     first = searches[0]
-    known = (
-        light
-        if len(light) == len(first.placed.discs) and first.half is None
-        else np.zeros((len(first.placed.discs), 3))
-    )
+    known = light if first.half is None else np.zeros((len(first.placed.discs), 3))
     aiming = learn_guide(tracer, first.gatherer, first.placed, first.kind, known, settings.seed, likely)
     photons.aim((yield from stopwatch.timed("trace", aiming)))
     return names

@@ -57,13 +57,11 @@ class Cells:
         """Sides (K,) metres of cells of these ``levels`` (K,)."""
         return np.ldexp(self._side, levels)
 
-    def numbers(self, places: np.ndarray, normals: np.ndarray, facing: np.ndarray, levels: np.ndarray) -> np.ndarray:
-        """Numbers (K,) uint64 of the cells of ``levels`` (K,) at ``places`` (K, 3) m on surfaces.
-
-        These have unit ``normals`` (K, 3), on either side, and their :func:`facings` are ``facing`` (K,).
-        """
+    def numbers(self, places: np.ndarray, normals: np.ndarray, levels: np.ndarray) -> np.ndarray:
+        """Numbers (K,) uint64 of the cells of ``levels`` (K,) at ``places`` (K, 3) m on surfaces that face along unit
+        ``normals`` (K, 3)."""
         scale = 1.0 / self.sides(levels)
-        number, height = (levels << _FACING) | facing, np.zeros(len(places))
+        number, height = (levels << _FACING) | facings(normals), np.zeros(len(places))
         for axis in range(3):
             place = (places[:, axis] - self._low[axis]) * scale
             cell = np.clip(place.astype(np.int64), 0, _MOST)

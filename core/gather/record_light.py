@@ -10,7 +10,6 @@ from ..direct.direct_light import DirectLight
 from ..discs import TangentDiscs
 from ..estimator.visible_area import SPARSE, VisibleDiscs, visible_discs
 from ..lights.light import Light
-from ..photons.emission import lights_of
 from ..photons.photon_light import PhotonSearch
 from ..rays import RayCaster
 from ..scene import Scene
@@ -25,19 +24,27 @@ FIRST_ROUNDS, MOST_ROUNDS = 8, 256
 class RecordLight:
     """What is known of the light at ``records``, for ``reflected`` to be looked up.
 
-    ``lights`` are those that shadow rays go to; none if photons bring the direct light. Attribute ``searches``: for
-    photons; ``common_error``, the relative standard error of all records' mean, as far as photons are to blame.
+    ``lights`` are all of the scene's; shadow rays go there, unless the direct light comes ``by_photons``.
+
+    Attributes: the ``searches`` for photons; ``common_error``, the relative standard error of all records' mean, as far
+    as photons are to blame.
     """
 
     def __init__(
-        self, scene: Scene, caster: RayCaster, records: Records, settings: BakeSettings, lights: Sequence[Light]
+        self,
+        scene: Scene,
+        caster: RayCaster,
+        records: Records,
+        settings: BakeSettings,
+        lights: Sequence[Light],
+        by_photons: bool,
     ):
         self._caster, self._records, self._settings = caster, records, settings
-        self.reflected = ReflectedLight(scene, caster, lights_of(scene), records, settings.bounces)
+        self.reflected = ReflectedLight(scene, caster, lights, records, settings.bounces)
         self.searches: list[PhotonSearch] = []
         self.common_error = 0.0
         self._rays = None
-        if lights and len(records):
+        if lights and len(records) and not by_photons:
             self._rays = DirectLight(scene, caster, records.held.stands, records.held.normals, settings, lights)
 
     def __len__(self) -> int:

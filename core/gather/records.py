@@ -14,14 +14,14 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from ..bounds import Bounds
-from ..direct.surfaces import Surfaces
+from ..direct.shadows import Shadows
 from ..discs import TangentDiscs
 from ..lights.aim import towards
 from ..parallel import ordered_map, slices
 from ..rays import RayCaster
 from ..sampling import cosine_hemisphere
 from ..scene import Scene
-from .cells import Cells, CellTable, facings
+from .cells import Cells, CellTable
 
 #: Rays that find out where gather rays land: so many a point, but in all no fewer and no more than these.
 SCOUTS, LEAST_SCOUTS, MOST_SCOUTS = 8, 1 << 17, 1 << 20
@@ -97,7 +97,7 @@ def scouted(scene: Scene, caster: RayCaster, points: np.ndarray, normals: np.nda
     """Where a few gather rays land from ``points`` (N, 3), clear of surfaces, with unit ``normals`` (N, 3)."""
     wanted = np.clip(SCOUTS * len(points), LEAST_SCOUTS, MOST_SCOUTS)
     reflects = scene.albedo.any(axis=1)
-    surfaces = Surfaces(caster, scene.transmittance if scene.transmittance.any() else None)
+    surfaces = Shadows(scene, caster).surfaces
 
     def found(rows: slice) -> Landings:
         generator = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(4, rows.start)))
@@ -168,8 +168,7 @@ class Records:
 
 
 def _numbers(cells: Cells, landings: Landings) -> np.ndarray:
-    facing, levels = facings(landings.normals), cells.levels(landings.lengths)
-    return cells.numbers(landings.places, landings.normals, facing, levels)
+    return cells.numbers(landings.places, landings.normals, cells.levels(landings.lengths))
 
 
 def _affordable(caster: RayCaster, landings: Landings, points: int, size: float) -> float:

@@ -18,6 +18,7 @@ from .errors import NoMeshError
 from .estimator.enclosure import hidden_points
 from .estimator.standpoints import Standpoints, plain_standpoints, standpoints
 from .estimator.visible_area import VisibleDiscs, visible_discs, whole_discs
+from .fit.vertex_fit import VertexFit
 from .gather.record_light import RecordLight
 from .gather.records import WIDTH, Records, scouted
 from .gatherers.choose import make_gatherer
@@ -57,6 +58,7 @@ class BakeResult:
 
     direct        irradiance at the N points that comes straight from the lights, with its standard error
     indirect      irradiance after at least one reflection or refraction; what was not asked for is zero
+    seen          all light, with the errors that are left where it is shown
     hidden        (N,) points that no light can reach because they are buried in other geometry: nothing is known there
     radius        of the discs, metres; 0 as long as none is chosen
     gatherer      name, and ``reason`` for its choice
@@ -68,6 +70,7 @@ class BakeResult:
 
     direct: Irradiance
     indirect: Irradiance
+    seen: Irradiance
     hidden: np.ndarray
     radius: float
     gatherer: str
@@ -97,21 +100,27 @@ class BakeResult:
     @property
     def relative_error(self) -> float:
         """The share by which half of the lit points are likely to be off at most; NaN when all are dark."""
-        return self.light.relative_error
+        return self.seen.relative_error
 
     @property
     def high_error(self) -> float:
         """The share of the light that is seen by which nine tenths of the points are likely to be off at most."""
-        return self.light.high_error
+        return self.seen.high_error
 
 
 def bake(
-    scene: Scene, centres: np.ndarray, normals: np.ndarray, settings: BakeSettings, inward: np.ndarray | None = None
+    scene: Scene,
+    centres: np.ndarray,
+    normals: np.ndarray,
+    settings: BakeSettings,
+    inward: np.ndarray | None = None,
+    fit: VertexFit | None = None,
 ) -> Generator[Progress, None, BakeResult]:
     """Estimate the irradiance at points ``centres`` (N, 3) m with unit ``normals`` (N, 3), step by step.
 
     ``inward`` (N, 3) metres leads from points on an edge into their own faces (estimator/visible_area.py); None when
-    all points lie inside faces.
+    all points lie inside faces. Values that a ``fit`` makes of the light at the points are to have the error asked for;
+    without one, the points themselves.
 
     Yields a Progress often (a user interface calls next() between redraws; closing the generator cancels) and
     returns a BakeResult. Memory is bounded by the batch. Raises NoMeshError without points, NoLightError without
@@ -211,10 +220,13 @@ def bake(
             reflected, spread = rays.reflected, rays.reflected_spread(records.common_error)
             indirect = indirect + reflected + Irradiance(np.zeros_like(spread.value), spread.standard_error)
             mended = by_rays + reflected, at_points + spread
+        light = direct + indirect
+        hidden = hidden_points(covered, places.enclosed, light.value)
         result = BakeResult(
             direct=direct,
             indirect=indirect,
-            hidden=hidden_points(covered, places.enclosed, direct.value + indirect.value),
+            seen=light if fit is None else fit.seen(light, hidden, mended[0]),
+            hidden=hidden,
             radius=disc.radius if kinds else records.radius if records is not None else 0.0,
             gatherer=names[0],
             reason=names[1],
@@ -229,7 +241,7 @@ def bake(
 
     result, *mended = found()
     refinement = Refinement(settings, rays, photons, stopwatch, start, len(records) if gathers else 0)
-    refinement.observe(*mended, result.light)
+    refinement.observe(*mended, result.seen)
     while (step := refinement.next()) is not None:
         if step.rounds:
             last = rays.done + step.rounds
@@ -250,7 +262,7 @@ def bake(
             if gathers:
                 records.update()
         result, *mended = found()
-        refinement.observe(*mended, result.light)
+        refinement.observe(*mended, result.seen)
         yield Progress("Refining", refinement.fraction, result)
     return result
 
@@ -292,9 +304,11 @@ def _only_direct(
 ) -> BakeResult:
     """What is known before there are discs and photons: of indirect light, nothing."""
     nothing, unknown = np.zeros(3), np.inf if settings.indirect_by != "off" else 0.0
+    indirect = Irradiance(np.zeros_like(light.value), np.full_like(light.value, unknown))
     return BakeResult(
         direct=light,
-        indirect=Irradiance(np.zeros_like(light.value), np.full_like(light.value, unknown)),
+        indirect=indirect,
+        seen=light + indirect,
         hidden=hidden_points(np.zeros_like(places.enclosed), places.enclosed, light.value),
         radius=0.0,
         gatherer="none",

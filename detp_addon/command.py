@@ -110,6 +110,11 @@ def _add_bake(commands) -> None:
         help="corner: every face its own light; point: one colour per vertex (default: corner)",
     )  # fmt: skip
     bake.add_argument(
+        "--fit", choices=("faces", "vertices"), default="faces",
+        help="faces: colours such that faces show their light between them; vertices: the light at the vertices "
+        "themselves (default: faces)",
+    )  # fmt: skip
+    bake.add_argument(
         "--quantity", choices=("lighting", "irradiance", "shaded", "ambient-occlusion"), default="lighting",
         help="lighting: E/pi, white = 1; irradiance: E in W/m2; shaded: albedo E/pi + emission; "
         "ambient-occlusion: open share of the hemisphere (default: lighting)",
@@ -216,6 +221,7 @@ def _bake(arguments: argparse.Namespace) -> int:
         targets=tuple(arguments.objects) if arguments.objects else "visible",
         attribute=arguments.attribute,
         domain=arguments.domain.upper(),
+        fit=arguments.fit,
         quantity=arguments.quantity,
         split=arguments.split,
         activate=arguments.activate == "on",

@@ -17,13 +17,14 @@ from ..core.bake import BakeResult, Progress, bake
 from ..core.direct.ambient_occlusion import ambient_occlusion
 from ..core.errors import DetpError, InvalidSettingError, NoLightError, NoMeshError, UnwritableFileError
 from ..core.estimator.enclosure import unlit
+from ..core.fit.vertex_fit import VertexFit
 from ..core.settings import BakeSettings
 from .causes import why_dark, why_no_light, why_nothing_to_bake
 from .chosen_objects import chosen_objects
 from .chosen_views import not_baked
 from .element_values import QUANTITIES, quantity_values, spread
 from .live_colours import LiveColours
-from .reading.read_scene import BakeTarget, ExportedScene, read_scene
+from .reading.read_scene import FITS, BakeTarget, ExportedScene, read_scene
 from .report import BakeReport, counted
 from .write_attributes import MeshColours, check_attribute_name, element_count, faces_of, obstacle, write_colours
 
@@ -44,6 +45,7 @@ class BakeRequest:
     targets    "visible" (all meshes that a render shows), "selected", or the objects' names
     attribute  name of the colour attribute
     domain     one of DOMAINS
+    fit        "faces": colours such that faces show their light between them; "vertices": the light at the vertices
     quantity   one of element_values.QUANTITIES
     split      direct and indirect light also in attributes of their own, <attribute>_direct and <attribute>_indirect
     activate   make the attribute the one that viewport and render show
@@ -55,6 +57,7 @@ class BakeRequest:
     targets: str | tuple[str, ...] = "visible"
     attribute: str = "irradiance"
     domain: str = "CORNER"
+    fit: str = "faces"
     quantity: str = "lighting"
     split: bool = False
     activate: bool = True
@@ -66,6 +69,8 @@ class BakeRequest:
             raise InvalidSettingError(f"Unknown choice '{self.targets}': bake what is visible, selected or named.")
         if self.domain not in DOMAINS:
             raise InvalidSettingError(f"Unknown domain '{self.domain}': choose {', '.join(DOMAINS)}.")
+        if self.fit not in FITS:
+            raise InvalidSettingError(f"Unknown choice '{self.fit}': fit the colours to {' or '.join(FITS)}.")
         if self.quantity not in QUANTITIES:
             raise InvalidSettingError(f"Unknown quantity '{self.quantity}': choose {', '.join(QUANTITIES)}.")
         if self.split and self.quantity == "ambient-occlusion":
@@ -117,21 +122,21 @@ def bake_scene(
     yield JobProgress("Reading the scene", 0.0)
     chosen = chosen_objects(scene, view_layer, request.targets)
     try:
-        export = read_scene(scene, view_layer, chosen, request.domain, request.attributes)
+        export = read_scene(scene, view_layer, chosen, request.domain, request.attributes, request.fit)
     except NoMeshError as error:
         raise NoMeshError(why_nothing_to_bake(scene, chosen) or str(error)) from None
     targets, refusals = _writable(export.targets, request)
-    targets, rows = _points_of(targets, len(export.centres))
+    targets, points = _points_of(targets, export)
     exported = time.perf_counter()
 
     found, stopped = None, False
     with live or nullcontext():
-        for progress in _bake_steps(scene, export, rows, request, start):
+        for progress in _bake_steps(scene, export, points, request, start):
             found = progress.found or found
             shown = progress.found is not None and live is not None and live.due
             if shown:
                 begin = time.perf_counter()
-                live.show(_colours(_seen(targets, export, rows, found), found, request)[0], begin)
+                live.show(_colours(targets, _values(points, found), request)[0], begin)
             wish = yield _job_progress(progress, found, time.perf_counter() - exported, shown)
             stopped = stopped or bool(wish)
             if stopped and found is not None:
@@ -140,16 +145,16 @@ def bake_scene(
 
     yield JobProgress("Writing the colours", 1.0)
     writing = time.perf_counter()
-    targets = _seen(targets, export, rows, result)
-    colours, gone = _colours(targets, result, request)
+    values = _values(points, result)
+    colours, gone = _colours(targets, values, request)
     notes = write_colours(colours, request.domain, request.attribute if request.activate else None)
     end = time.perf_counter()
     doubts = _doubts(result, request.settings, stopped, export.scene.vertices)
     return BakeReport(
         scene=names[0],
         objects=len(colours),
-        points=len(rows),
-        filled=sum(int((target.point_rows < 0).sum()) for target in targets),
+        points=len(values.known),
+        filled=sum(int((_known_rows(target, values.known) < 0).sum()) for target in targets),
         triangles=len(export.scene.triangles),
         lights=export.lights,
         photons=result.photons,
@@ -202,19 +207,62 @@ def _first(sentences: list[str], shown: int = 3) -> list[str]:
     return sentences if more <= 0 else [*sentences[:shown], f"The same holds for {counted(more, 'more object')}."]
 
 
-def _points_of(targets: list[BakeTarget], count: int) -> tuple[list[BakeTarget], np.ndarray]:
-    """The rows of the estimation points that ``targets`` use, and the targets with rows counted among those."""
-    used = np.zeros(count + 1, bool)
+@dataclass(frozen=True)
+class _Points:
+    """The points whose light gives the colours of some targets.
+
+    centres, normals, inward   (N, 3) as the core's bake takes them
+    covered                    (N,) whether another face lies against that of the point
+    fit                        makes the colours' values of their light; None where each point is a value
+    """
+
+    centres: np.ndarray
+    normals: np.ndarray
+    inward: np.ndarray
+    covered: np.ndarray
+    fit: VertexFit | None
+
+
+@dataclass(frozen=True)
+class _Values:
+    """What colours are made of: irradiance (U, 3), direct (U, 3) and indirect (U, 3), and whether (U,) it is known."""
+
+    irradiance: np.ndarray
+    direct: np.ndarray
+    indirect: np.ndarray
+    known: np.ndarray
+
+
+def _points_of(targets: list[BakeTarget], export: ExportedScene) -> tuple[list[BakeTarget], _Points]:
+    """The points that ``targets`` need, and the targets with rows counted among their values."""
+    shown = export.shown
+    used = np.zeros((len(export.centres) if shown is None else shown.faces.count) + 1, bool)
     for target in targets:
         used[target.point_rows] = True
-    used[-1] = False
-    renumbered = np.where(used, np.cumsum(used) - 1, -1)
+    used = used[:-1]
+    renumbered = np.append(np.where(used, np.cumsum(used) - 1, -1), -1)
     moved = [replace(target, point_rows=renumbered[target.point_rows]) for target in targets]
-    return moved, np.flatnonzero(used)
+    rows, fit = np.flatnonzero(used), None
+    if shown is not None:
+        faces, kept = shown.faces.of_values(used)
+        places, rows = shown.places.on(kept)
+        fit = VertexFit(faces, places)
+    given = export.centres, export.normals, export.inward, export.covered
+    return moved, _Points(*(part[rows] for part in given), fit)
+
+
+def _values(points: _Points, result: BakeResult) -> _Values:
+    """The values that ``result`` gives the colours."""
+    # A covered face that is dark belongs to things that touch; one that has light stands back to back with another.
+    hidden = result.hidden | (points.covered & unlit(result.irradiance))
+    if points.fit is None:
+        return _Values(result.irradiance, result.direct.value, result.indirect.value, ~hidden)
+    fitted = points.fit.fitted(result.light, hidden, result.direct)
+    return _Values(fitted.light.value, fitted.part, fitted.light.value - fitted.part, fitted.known)
 
 
 def _bake_steps(
-    scene: bpy.types.Scene, export: ExportedScene, rows: np.ndarray, request: BakeRequest, start: float
+    scene: bpy.types.Scene, export: ExportedScene, points: _Points, request: BakeRequest, start: float
 ) -> Iterator[Progress]:
     """The steps of the core's bake, the last of which has the result; ``start`` is when the job began."""
     surfaces, settings = export.scene, request.settings
@@ -223,10 +271,10 @@ def _bake_steps(
     if settings.seconds is not None:
         # Writing takes about as long as reading did, and the core gets what is left between.
         reading = time.perf_counter() - start
-        left = settings.seconds - reading - WRITING * len(rows)
+        left = settings.seconds - reading - WRITING * len(points.centres)
         settings = replace(settings, seconds=max(left, LEAST_SECONDS))
     try:
-        result = yield from bake(surfaces, export.centres[rows], export.normals[rows], settings, export.inward[rows])
+        result = yield from bake(surfaces, points.centres, points.normals, settings, points.inward, points.fit)
     except NoLightError as error:
         raise NoLightError(why_no_light(scene, export.warnings) or str(error)) from None
     yield Progress("Writing the colours", 1.0, result)
@@ -239,25 +287,16 @@ def _job_progress(progress: Progress, found: BakeResult | None, passed: float, s
     return JobProgress(progress.phase, share, remaining, error, shown)
 
 
-def _seen(targets: list[BakeTarget], export: ExportedScene, rows: np.ndarray, result: BakeResult) -> list[BakeTarget]:
-    """The targets with no point for corners that no light can reach."""
-    # A covered face that is dark belongs to things that touch; one that has light stands back to back with another.
-    hidden = result.hidden | (export.covered[rows] & unlit(result.irradiance))
-    return [_without_hidden(target, hidden) for target in targets]
+def _known_rows(target: BakeTarget, known: np.ndarray) -> np.ndarray:
+    """The target's rows (C,) of values that are ``known`` (U,), -1 where none is, so that neighbours fill it."""
+    rows = target.point_rows
+    return np.where((rows >= 0) & np.append(known, False)[rows], rows, -1)
 
 
-def _without_hidden(target: BakeTarget, hidden: np.ndarray) -> BakeTarget:
-    """The target with no point for corners whose point (of N) is ``hidden``, so that their neighbours fill them."""
-    buried = (target.point_rows >= 0) & hidden[target.point_rows]
-    return replace(target, point_rows=np.where(buried, -1, target.point_rows))
-
-
-def _colours(
-    targets: list[BakeTarget], result: BakeResult, request: BakeRequest
-) -> tuple[list[MeshColours], list[str]]:
+def _colours(targets: list[BakeTarget], light: _Values, request: BakeRequest) -> tuple[list[MeshColours], list[str]]:
     """The colours of each target's elements, and a warning for each target that changed during the bake."""
     colours, gone = [], []
-    parts = (result.irradiance, result.direct.value, result.indirect.value)
+    parts = light.irradiance, light.direct, light.indirect
     for target in targets:
         obj = _object(target)
         if obj is None or obj.type != "MESH" or element_count(obj.data, request.domain) != len(target.albedo):
@@ -272,7 +311,7 @@ def _colours(
         for name, irradiance in zip(request.attributes, parts, strict=False):
             # What a surface emits is part of its direct light, and of the whole.
             emission = np.zeros_like(target.emission) if irradiance is parts[2] else target.emission
-            values = spread(irradiance, target.point_rows, faces)
+            values = spread(irradiance, _known_rows(target, light.known), faces)
             layers[name] = quantity_values(request.quantity, values, target.albedo, emission)
         colours.append(MeshColours(obj, layers))
     if not colours:

@@ -70,6 +70,7 @@ class DETP_PT_advanced(_Tab, bpy.types.Panel):
         else:
             column.prop(settings, "split")
         column.prop(settings, "domain")
+        column.prop(settings, "fit")
         column.prop(settings, "activate")
         column.prop(settings, "live")
         column.separator()

@@ -124,6 +124,16 @@ class BakeOptions:
         default="CORNER",
         options={"SKIP_SAVE"},
     )
+    fit: EnumProperty(
+        name="Fit",
+        description="What the colours are right for",
+        items=[
+            ("FACES", "Faces", "Colours such that the faces show their light between the vertices, as the eye sees it"),
+            ("VERTICES", "Vertices", "The light at the vertices themselves, as Cycles bakes it"),
+        ],
+        default="FACES",
+        options={"SKIP_SAVE"},
+    )
     quantity: EnumProperty(
         name="Quantity",
         description="What the colours mean",
@@ -291,6 +301,7 @@ def bake_request(options: dict, metres: float = 1.0) -> BakeRequest:
         targets=options["targets"].lower(),
         attribute=options["attribute"],
         domain=options["domain"],
+        fit=_core_name(options["fit"]),
         quantity=_core_name(options["quantity"]),
         split=options["split"],
         activate=options["activate"],

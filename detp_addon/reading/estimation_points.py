@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .nearest_surface import nearest_places
-from .read_meshes import MeshSurface, corner_vertex_indices, stored_normals, vertex_positions
+from .read_meshes import MeshSurface, corner_triangles, corner_vertex_indices, stored_normals, vertex_positions
 from .surface_normals import corner_normals, face_directions
 from .triangle_geometry import cross, dots, normal_matrix, safe_unit
 
@@ -35,6 +35,7 @@ class CornerPoints:
     rows       (C,) the point of each corner, -1 for none
     centres    (N, 3) metres; normals (N, 3) unit
     corners    (P,) and triangles (P,): which triangles of the evaluated surface show the colour of which corner
+    faces      (F, 3) the corners of each triangle of the original mesh
     matrix     (4, 4) takes the surface to the world
     nearest    whether modifiers changed the mesh, so that points are the nearest ones of the surface
     """
@@ -45,6 +46,7 @@ class CornerPoints:
     normals: np.ndarray
     corners: np.ndarray
     triangles: np.ndarray
+    faces: np.ndarray
     matrix: np.ndarray
     nearest: bool
 
@@ -64,15 +66,17 @@ def place_points(obj, evaluated, surface: MeshSurface, matrix: np.ndarray) -> Co
         normals, valid = corner_normals(evaluated, surface)
         corners = surface.corners.ravel()
         triangles = np.repeat(np.arange(len(surface.triangles)), 3)
+        faces = surface.corners[surface.kept]
     else:
         positions, normals, triangles = _on_changed_surface(obj, evaluated, surface, vertices)
         valid = triangles >= 0
         corners, triangles = np.flatnonzero(valid), triangles[valid]
+        faces = corner_triangles(original)
     centres = positions @ matrix[:3, :3].T + matrix[:3, 3]
     normals, directed = safe_unit(normals @ normal_matrix(matrix).T)
     valid = valid & directed & np.isfinite(centres).all(axis=1)
     rows, first = _shared(vertices, normals, valid)
-    return CornerPoints(vertices, rows, centres[first], normals[first], corners, triangles, matrix, not same)
+    return CornerPoints(vertices, rows, centres[first], normals[first], corners, triangles, faces, matrix, not same)
 
 
 def _same_corners(original, evaluated) -> bool:

@@ -61,8 +61,7 @@ def read_mesh(
     """
     vertices, corner_vertices = vertex_positions(mesh), corner_vertex_indices(mesh)
     finite = np.isfinite(vertices).all(axis=1)
-    mesh.calc_loop_triangles()
-    corners = _triangle_numbers(mesh, "loops", 3).reshape(-1, 3)
+    corners = corner_triangles(mesh)
     triangles = corner_vertices[corners]
     whole = finite[triangles].all(axis=1)
     if not whole.all():
@@ -104,6 +103,12 @@ def corner_vertex_indices(mesh) -> np.ndarray:
     values = np.empty(len(mesh.loops), np.int32)
     mesh.loops.foreach_get("vertex_index", values)
     return values
+
+
+def corner_triangles(mesh) -> np.ndarray:
+    """The face corners (T, 3) of the triangles that make up the faces."""
+    mesh.calc_loop_triangles()
+    return _triangle_numbers(mesh, "loops", 3).reshape(-1, 3)
 
 
 def respond(surfaces: list[MeshSurface], materials: Materials) -> list[Response]:

@@ -14,6 +14,7 @@ from ...core.lights.environment import EnvironmentWorld
 from ...core.lights.light import Light
 from ...core.lights.world import UniformWorld
 from ...core.scene import Scene
+from .face_places import PlacedFaces, placed_faces
 from .findings import Findings
 from .read_instances import RenderedObjects, TargetPoints, read_instances
 from .read_shaders import DEFAULT_ALBEDO
@@ -23,6 +24,9 @@ from .render_view import view_as_render
 from .settled_corners import SettledPoints, settled_points
 from .triangle_geometry import determinant, has_area
 from .world_picture import world_picture
+
+#: where light is looked for: on the faces, whose values are fitted to it, or at their vertices
+FITS = ("faces", "vertices")
 
 #: an object whose volume scales by less than this share of its largest scale cubed may have lost triangles
 _FLAT = 1e-6
@@ -34,7 +38,7 @@ class BakeTarget:
 
     library     path of the library file the object is linked from, None for the file's own
     domain      CORNER or POINT; E is the number of those elements of the mesh before modifiers, C that of its corners
-    point_rows  (C,) the estimation point of each face corner, -1 for none
+    point_rows  (C,) the estimation point of each face corner, or the value that it shows, -1 for none
     albedo      (E, 3) and emission (E, 3) in W/(m^2 sr) of the surface there
     """
 
@@ -52,7 +56,9 @@ class ExportedScene:
     """What was read: the core's scene, what to bake, and what a person should know.
 
     centres    (N, 3) metres and normals (N, 3) unit: the estimation points of all targets
-    inward     (N, 3) metres, from each point into its own faces
+    inward     (N, 3) metres, from each point into its own faces; zero on faces
+    shown      the faces whose values are to be fitted to the light at the points, which lie on them; None where each
+               point is that of some corners
     covered    (N,) whether another face lies against that of the point (see settled_corners.py)
     modelled   features that were found and are honoured; left_out: those that are not; warnings: one sentence each
     objects    mesh objects and instances in the scene; triangles; lights: lamps, the world, and objects that shine
@@ -64,6 +70,7 @@ class ExportedScene:
     normals: np.ndarray
     inward: np.ndarray
     covered: np.ndarray
+    shown: PlacedFaces | None
     modelled: tuple[str, ...]
     left_out: tuple[str, ...]
     warnings: tuple[str, ...]
@@ -78,12 +85,13 @@ def read_scene(
     targets: list[bpy.types.Object] | None,
     domain: str,
     written: Sequence[str] = (),
+    fit: str = "vertices",
 ) -> ExportedScene:
     """Read ``context_scene`` as a render of ``view_layer`` sees it now.
 
     ``targets`` are the objects to bake, None for every mesh object that the render shows; ``domain`` is CORNER or
-    POINT. The colours of the attributes ``written`` and of earlier bakes are not looked at. Blender's data are
-    afterwards as they were.
+    POINT; ``fit`` says where the points are, one of FITS. The colours of the attributes ``written`` and of earlier
+    bakes are not looked at. Blender's data are afterwards as they were.
 
     Raises NoMeshError when nothing can be baked, EditModeError when all that could is open in Edit Mode, SceneBusyError
     while Blender renders, and InvalidArrayError on numbers that are out of range.
@@ -93,7 +101,7 @@ def read_scene(
     visit = partial(read_instances, wanted=wanted, findings=findings, written=written)
     read = view_as_render(context_scene, view_layer, visit)
     scene = _scene(read, _world_light(read, context_scene, view_layer, findings))
-    baked, points = _targets(read, scene, domain)
+    baked, points, shown = _targets(read, scene, domain, fit)
     if targets is not None:
         _name_missing(wanted, {target.object_name for target in baked}, findings)
     if len(points.centres) == 0 and read.editing:
@@ -104,7 +112,8 @@ def read_scene(
     note_reflections(context_scene, scene.albedo, findings)
     modelled, left_out, warnings = findings.sentences()
     return ExportedScene(
-        scene, baked, points.centres, points.normals, points.inward, points.covered, modelled, left_out, warnings,
+        scene, baked, points.centres, points.normals, points.inward, points.covered, shown,
+        modelled, left_out, warnings,
         objects=len(read.placements), triangles=len(scene.triangles), lights=len(scene.lights) + _shining(read),
     )  # fmt: skip
 
@@ -174,17 +183,26 @@ def _scene(read: RenderedObjects, world: list[Light]) -> Scene:
     return Scene(np.concatenate(vertices), np.concatenate(triangles), *optics, lights, joined_specular(specular))
 
 
-def _targets(read: RenderedObjects, scene: Scene, domain: str) -> tuple[tuple[BakeTarget, ...], SettledPoints]:
-    """The objects to bake, and the estimation points of all of them."""
+def _targets(
+    read: RenderedObjects, scene: Scene, domain: str, fit: str
+) -> tuple[tuple[BakeTarget, ...], SettledPoints, PlacedFaces | None]:
+    """The objects to bake, and the estimation points of all of them, on faces or at their corners."""
     surfaces = [read.surfaces[target.surface] for target in read.targets]
-    settled = settled_points([target.points for target in read.targets], surfaces, scene, domain)
+    points, shown = [target.points for target in read.targets], None
+    if fit == "faces":
+        shown = placed_faces(points, surfaces, domain)
+        count = len(shown.centres)
+        nowhere, seen = np.zeros((count, 3)), np.zeros(count, bool)
+        settled = SettledPoints(shown.rows, shown.centres, shown.normals, nowhere, seen)
+    else:
+        settled = settled_points(points, surfaces, scene, domain)
     targets = []
     for target, rows in zip(read.targets, settled.rows, strict=True):
         response = read.responses[target.surface]
         albedo = _element_means(target, response.colour, DEFAULT_ALBEDO, domain)
         emission = _element_means(target, response.emission, 0.0, domain)
         targets.append(BakeTarget(target.object_name, target.library, target.mesh_name, domain, rows, albedo, emission))
-    return tuple(targets), settled
+    return tuple(targets), settled, shown
 
 
 def _element_means(target: TargetPoints, values: np.ndarray, missing: float, domain: str) -> np.ndarray:

@@ -1,0 +1,108 @@
+"""The triangles over which values at vertices are shown, and places drawn on them at which to look for light."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..triangles import normals_and_areas
+
+#: Places beyond one for each value: so many for each value, and at least so many, all in proportion to area.
+MORE, LEAST_MORE = 0.25, 1 << 12
+
+#: Steps of a lattice of rank one, which covers a square evenly with any number of its first points.
+_LATTICE = np.array([0.7548776662466927, 0.5698402909980532])
+
+
+@dataclass(frozen=True)
+class ShownFaces:
+    """T triangles that show U values, each interpolated linearly between three of them.
+
+    values   (T, 3) which of the U values each corner shows
+    corners  (T, 3, 3) metres; normals (T, 3, 3) unit shading normals there
+    count    U
+    """
+
+    values: np.ndarray
+    corners: np.ndarray
+    normals: np.ndarray
+    count: int
+
+    @cached_property
+    def areas(self) -> np.ndarray:
+        """Areas (T,) in m^2."""
+        return normals_and_areas(self.corners)[1]
+
+    def of_values(self, used: np.ndarray) -> tuple[ShownFaces, np.ndarray]:
+        """The triangles (S,) that show values which are ``used`` (U,), as rows of these; values are counted anew."""
+        kept = np.flatnonzero(used[self.values].all(axis=1))
+        numbers = np.cumsum(used) - 1
+        some = numbers[self.values[kept]], self.corners[kept], self.normals[kept]
+        return ShownFaces(*some, int(used.sum())), kept
+
+    def drawn(self, seed: int) -> FacePlaces:
+        """Places on the triangles: one near the vertices of each value, and more in proportion to area."""
+        generator = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(6,)))
+        near, corner, share = self._one_for_each(generator)
+        uniforms = generator.random((len(near), 2))
+        weights = _barycentric(uniforms)
+        # The part of a triangle that is nearer to this corner than to the others, by barycentric coordinates.
+        turns = (np.arange(3) - (corner - weights.argmax(axis=1))[:, None]) % 3
+        weights = np.take_along_axis(weights, turns, axis=1)
+        wanted = max(MORE * self.count, LEAST_MORE)
+        more = wanted * self.areas / max(self.areas.sum(), 1e-300)
+        ends = np.floor(np.cumsum(more) + generator.random()).astype(np.int64)
+        triangle = np.repeat(np.arange(len(more)), np.diff(ends, prepend=0))
+        shift = generator.random((len(more), 2))[triangle]
+        spread = _barycentric((np.arange(len(triangle))[:, None] * _LATTICE + shift) % 1.0)
+        triangle, weights = np.concatenate([near, triangle]), np.concatenate([weights, spread])
+        return FacePlaces(triangle, weights, (self.areas / np.maximum(share + more, 1e-300))[triangle])
+
+    def _one_for_each(self, generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """For each value that is shown one of its triangles, by area, and its corner there; and how many places each
+        triangle (T,) gets in the mean.
+        """
+        values, areas = self.values.ravel(), np.repeat(np.maximum(self.areas, 1e-300), 3)
+        order = np.argsort(values, kind="stable")
+        sums = np.cumsum(areas[order])
+        total = np.bincount(values, areas, self.count)
+        shown = np.flatnonzero(total > 0)
+        ends = np.searchsorted(values[order], shown, side="right")
+        before = np.append(0.0, sums)[np.searchsorted(values[order], shown)]
+        drawn = np.searchsorted(sums, before + generator.random(len(shown)) * (sums[ends - 1] - before), side="right")
+        chosen = order[np.minimum(drawn, ends - 1)]
+        share = (areas / total[values]).reshape(-1, 3).sum(axis=1)
+        return chosen // 3, chosen % 3, share
+
+
+@dataclass(frozen=True)
+class FacePlaces:
+    """K places on triangles.
+
+    triangle  (K,)
+    weights   (K, 3) barycentric coordinates
+    area      (K,) m^2 that each stands for
+    """
+
+    triangle: np.ndarray
+    weights: np.ndarray
+    area: np.ndarray
+
+    def on(self, kept: np.ndarray) -> tuple[FacePlaces, np.ndarray]:
+        """The places on the triangles ``kept`` (S,), by their rows there; and which of these (L,) they are."""
+        number = np.full(max(self.triangle.max(initial=-1), kept.max(initial=-1)) + 1, -1)
+        number[kept] = np.arange(len(kept))
+        rows = np.flatnonzero(number[self.triangle] >= 0)
+        return FacePlaces(number[self.triangle[rows]], self.weights[rows], self.area[rows]), rows
+
+    def of(self, corners: np.ndarray) -> np.ndarray:
+        """What (K, d) is there of what is given at the ``corners`` (T, 3, d) of all triangles."""
+        return np.einsum("kc,kcd->kd", self.weights, corners[self.triangle])
+
+
+def _barycentric(uniforms: np.ndarray) -> np.ndarray:
+    """Barycentric coordinates (K, 3) of places spread evenly over a triangle, from ``uniforms`` (K, 2)."""
+    folded = np.where((uniforms.sum(axis=1) > 1.0)[:, None], 1.0 - uniforms, uniforms)
+    return np.column_stack([folded, 1.0 - folded.sum(axis=1)])

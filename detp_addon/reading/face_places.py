@@ -1,0 +1,83 @@
+"""The faces that show a mesh's colours, and places on them at which to look for light."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...core.fit.shown_faces import FacePlaces, ShownFaces
+from .estimation_points import CornerPoints
+from .nearest_surface import nearest_places
+from .read_meshes import MeshSurface
+from .triangle_geometry import dots, has_area, normal_matrix, safe_unit
+
+#: Seed of the places: the same for every bake, so that bakes of a scene differ by their light alone.
+_SEED = 0
+
+
+@dataclass(frozen=True)
+class PlacedFaces:
+    """All faces that show colours, and where on them light is to be found.
+
+    rows     for each object which value (C,) each face corner shows, -1 for none
+    faces    its ``values`` are those rows
+    places   K of them; ``centres`` (K, 3) metres and ``normals`` (K, 3) unit there
+    """
+
+    rows: tuple[np.ndarray, ...]
+    faces: ShownFaces
+    places: FacePlaces
+    centres: np.ndarray
+    normals: np.ndarray
+
+
+def placed_faces(points: list[CornerPoints], surfaces: list[MeshSurface], domain: str) -> PlacedFaces:
+    """The faces of objects with these ``points`` on these ``surfaces``; a value for each point, or, with the
+    ``domain`` POINT, for each vertex.
+    """
+    none = np.zeros((0, 3))
+    rows, values, corners, normals, count = [], [none.astype(np.int64)], [none[:, None]], [none[:, None]], 0
+    ends = [0]
+    for part in points:
+        shown = part.rows if domain == "CORNER" else np.where(part.rows >= 0, part.vertices, -1)
+        rows.append(np.where(shown >= 0, shown + count, -1))
+        triangles = part.faces[(part.rows[part.faces] >= 0).all(axis=1)]
+        placed = part.centres[part.rows[triangles]]
+        triangles = triangles[has_area(placed)]
+        values.append(rows[-1][triangles])
+        corners.append(part.centres[part.rows[triangles]])
+        normals.append(part.normals[part.rows[triangles]])
+        count += int(shown.max(initial=-1)) + 1
+        ends.append(ends[-1] + len(triangles))
+    faces = ShownFaces(np.concatenate(values), *map(_joined, (corners, normals)), count)
+    places = faces.drawn(_SEED)
+    centres, directions = places.of(faces.corners), safe_unit(places.of(faces.normals))[0]
+    for part, surface, first, end in zip(points, surfaces, ends, ends[1:], strict=False):
+        if part.nearest:
+            mine = np.flatnonzero((places.triangle >= first) & (places.triangle < end))
+            centres[mine], directions[mine] = _on_surface(part, surface, centres[mine], directions[mine])
+    return PlacedFaces(tuple(rows), faces, places, centres, directions)
+
+
+def _joined(parts: list[np.ndarray]) -> np.ndarray:
+    return np.concatenate([part.reshape(-1, 3, 3) for part in parts])
+
+
+def _on_surface(part: CornerPoints, surface: MeshSurface, centres: np.ndarray, normals: np.ndarray):
+    """Where places between the points of a mesh that modifiers changed lie on its surface, and how that faces there."""
+    linear, origin = part.matrix[:3, :3], part.matrix[:3, 3]
+    local = np.linalg.lstsq(linear, (centres - origin).T, rcond=None)[0].T
+    triangles, places = nearest_places(surface, local, safe_unit(normals @ linear)[0])
+    found = triangles >= 0
+    flat = surface.vertices[surface.triangles[triangles]]
+    across = np.cross(flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]) @ normal_matrix(part.matrix).T
+    facing, _ = safe_unit(across)
+    # Rounded as its points are, unless the surface turns away there.
+    smooth = dots(normals, facing) > _SMOOTH
+    centres = np.where(found[:, None], places @ linear.T + origin, centres)
+    return centres, np.where((found & ~smooth)[:, None], facing, normals)
+
+
+#: cosine between the normals of a surface and of a place on it, that lies between points whose normals are taken over
+_SMOOTH = 0.5

@@ -58,7 +58,7 @@ class ShownFaces:
         shift = generator.random((len(more), 2))[triangle]
         spread = _barycentric((np.arange(len(triangle))[:, None] * _LATTICE + shift) % 1.0)
         triangle, weights = np.concatenate([near, triangle]), np.concatenate([weights, spread])
-        return FacePlaces(triangle, weights, (self.areas / np.maximum(share + more, 1e-300))[triangle])
+        return FacePlaces(triangle, weights, (self.areas / np.maximum(share + more, 1e-300))[triangle], share + more)
 
     def _one_for_each(self, generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """For each value that is shown one of its triangles, by area, and its corner there; and how many places each
@@ -84,18 +84,20 @@ class FacePlaces:
     triangle  (K,)
     weights   (K, 3) barycentric coordinates
     area      (K,) m^2 that each stands for
+    expected  (T,) how many there are in the mean on each triangle
     """
 
     triangle: np.ndarray
     weights: np.ndarray
     area: np.ndarray
+    expected: np.ndarray
 
     def on(self, kept: np.ndarray) -> tuple[FacePlaces, np.ndarray]:
         """The places on the triangles ``kept`` (S,), by their rows there; and which of these (L,) they are."""
         number = np.full(max(self.triangle.max(initial=-1), kept.max(initial=-1)) + 1, -1)
         number[kept] = np.arange(len(kept))
         rows = np.flatnonzero(number[self.triangle] >= 0)
-        return FacePlaces(number[self.triangle[rows]], self.weights[rows], self.area[rows]), rows
+        return FacePlaces(number[self.triangle[rows]], self.weights[rows], self.area[rows], self.expected[kept]), rows
 
     def of(self, corners: np.ndarray) -> np.ndarray:
         """What (K, d) is there of what is given at the ``corners`` (T, 3, d) of all triangles."""

@@ -15,8 +15,9 @@ import numpy as np
 from ..irradiance import Irradiance
 from .shown_faces import FacePlaces, ShownFaces
 
-#: Differences between neighbouring values weigh so much, over places that show as much area.
-SMOOTH = 0.03
+#: Values beside each other differ by about this share of the light, as long as nothing is known of them: the noisier
+#: places are, the more that counts. Differences beyond so many standard errors of a place are no noise, and stay.
+DIFFERENCE, BEYOND = 0.15, 3.0
 
 #: Differences count relative to the light shown and found, and this share of what is usual in the scene; beyond such
 #: a share of that they count linearly.
@@ -29,8 +30,17 @@ LACKING = 6.0
 #: their face is lit elsewhere.
 UNLIT_SHARE, UNLIT = 1e-3, 0.05
 
+#: Values may leave the range of what was found on their triangles by this share of it: vertices are its farthest ends.
+RANGE = 0.1
+
 #: Times that weights are found anew, and steps of conjugate gradients each time and for errors.
 REWEIGHTED, STEPS, STEPS_FOR_ERRORS = 6, 6, 12
+
+#: What the square of the difference along each edge of a triangle adds to the equations of its values.
+_EDGES = np.array(
+    [[[1, -1, 0], [-1, 1, 0], [0, 0, 0]], [[0, 0, 0], [0, 1, -1], [0, -1, 1]], [[1, 0, -1], [0, 0, 0], [-1, 0, 1]]],
+    float,
+)
 
 #: Random noises that tell how errors of places become errors of values.
 NOISES = 8
@@ -56,6 +66,8 @@ class VertexFit:
     def __init__(self, faces: ShownFaces, places: FacePlaces):
         self._faces, self._places = faces, places
         self._values = faces.values.take(places.triangle, axis=0)
+        # m^2 that a place stands for on each triangle, or would if it had one.
+        self._place_area = np.minimum(faces.areas, faces.areas / np.maximum(places.expected, 1e-300))
         self._left: np.ndarray | None = None
 
     @property
@@ -69,11 +81,12 @@ class VertexFit:
         Standard errors say what noise of the places, independent of each other's, does to them.
         """
         area, found, usual = self._counted(light.value, hidden)
+        noise = self._noise(light.standard_error.sum(axis=1), area, found, usual)
         low, high = self._ranges(light.value, area > 0)
         value = np.clip(0.0, low, high)
         weights, level = area / (found + usual) ** 2, np.full(self.count, usual)
         for _ in range(REWEIGHTED):
-            blocks = self._blocks(weights, level, usual)
+            blocks = self._blocks(weights, noise, level, usual)
             value = np.clip(self._solved(blocks, self._sums(weights[:, None] * light.value), value, STEPS), low, high)
             weights = area * _weights(np.abs(self.shown(value)).sum(axis=1), found, usual)
             level = np.abs(value).sum(axis=1)
@@ -90,15 +103,13 @@ class VertexFit:
         once; others stay.
         """
         if self._left is None and np.isfinite(light.standard_error).all():
-            unit = np.ones(len(hidden))
             area, found, usual = self._counted(light.value, hidden)
-            relative = np.divide(chance.standard_error.sum(axis=1), found, out=unit, where=found > 0)
-            weights = area / (2.0 * found + USUAL * usual) ** 2
-            level = self._sums(area[:, None] * found[:, None]) / np.maximum(self._sums(area[:, None]), 1e-300)
-            blocks = self._blocks(weights, level[:, 0], usual)
-            errors = self._errors(blocks, weights, (relative * found)[:, None] * np.ones(3) / 3.0)
-            left = self.shown(errors).sum(axis=1)
             own = chance.standard_error.sum(axis=1)
+            noise = self._noise(own, area, found, usual)
+            weights = area / (2.0 * found + USUAL * usual) ** 2
+            level = self._sums((area * found)[:, None]) / np.maximum(self._sums(area[:, None]), 1e-300)
+            errors = self._errors(self._blocks(weights, noise, level[:, 0], usual), weights, chance.standard_error)
+            left = self.shown(errors).sum(axis=1)
             self._left = np.divide(left, own, out=np.ones(len(left)), where=own > 0)
         left = 1.0 if self._left is None else self._left[:, None]
         with np.errstate(invalid="ignore"):
@@ -132,15 +143,29 @@ class VertexFit:
         parts = self._places.weights[:, :, None] * at_places[:, None, :]
         return _added(self._values, parts, self._faces.count)
 
-    def _blocks(self, weights: np.ndarray, level: np.ndarray, usual: float) -> np.ndarray:
-        """What each triangle adds to the equations of its values, (T, 3, 3); these are about at ``level`` (U,)."""
-        faces, places = self._faces, self._places
+    def _noise(self, errors: np.ndarray, area: np.ndarray, found: np.ndarray, usual: float) -> np.ndarray:
+        """Relative standard error (T,) of a place on each triangle, from the places' ``errors`` (K,)."""
+        relative = np.minimum(np.nan_to_num(errors, posinf=0.0) / (found + USUAL * usual), 1.0)
+        triangle, count = self._places.triangle, len(self._faces.values)
+        squares, whole = np.bincount(triangle, area * relative**2, count), np.bincount(triangle, area, count)
+        everywhere = float(squares.sum() / max(whole.sum(), 1e-300))
+        return np.sqrt(np.divide(squares, whole, out=np.full(count, everywhere), where=whole > 0))
+
+    def _blocks(self, weights: np.ndarray, noise: np.ndarray, level: np.ndarray, usual: float) -> np.ndarray:
+        """What each triangle adds to the equations of its values, (T, 3, 3), which are about at ``level`` (U,).
+
+        Places have that relative ``noise`` (T,).
+        """
+        places, count = self._places, len(self._faces.values)
         outer = places.weights[:, :, None] * (places.weights * weights[:, None])[:, None, :]
-        count = len(faces.values)
         sums = [np.bincount(places.triangle, part, count) for part in outer.reshape(-1, 9).T]
-        blocks = np.stack(sums, axis=1).reshape(-1, 3, 3)
-        smooth = SMOOTH / 3.0 * faces.areas / (2.0 * level.take(faces.values).mean(axis=1) + USUAL * usual) ** 2
-        return blocks + smooth[:, None, None] * (3.0 * np.eye(3) - 1.0)
+        at = level.take(self._faces.values)
+        scale = 2.0 * at.mean(axis=1) + USUAL * usual
+        differ = np.roll(at, -1, axis=1) - at
+        expected = (BEYOND * noise * scale)[:, None]
+        kept = np.divide(expected**2, expected**2 + differ**2, out=np.zeros_like(differ), where=expected > 0)
+        smooth = kept * ((noise / DIFFERENCE) ** 2 * self._place_area / (3.0 * scale**2))[:, None]
+        return np.stack(sums, axis=1).reshape(-1, 3, 3) + np.einsum("te,ecd->tcd", smooth, _EDGES)
 
     def _solved(self, blocks: np.ndarray, right: np.ndarray, start: np.ndarray, steps: int) -> np.ndarray:
         """Solve the equations of all ``blocks`` (T, 3, 3) for the ``right`` side (U, d), by conjugate gradients."""
@@ -167,13 +192,21 @@ class VertexFit:
         return x
 
     def _ranges(self, value: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The least and the most (U, 3) that was found on the triangles around each value, 0 where nothing was."""
-        low, high = np.full((2, self._faces.count, 3), np.inf)
-        rows, at = self._values[counts], value[counts]
-        for corner in range(3):
-            np.minimum.at(low, rows[:, corner], at)
-            np.minimum.at(high, rows[:, corner], -at)
-        return np.where(np.isfinite(low), low, -np.inf), np.where(np.isfinite(high), -high, np.inf)
+        """The least and the most (U, 3) that each value may be by what was found on the triangles around it."""
+        rows = np.flatnonzero(counts)
+        rows = rows[np.argsort(self._places.triangle[rows], kind="stable")]
+        triangle, at = self._places.triangle[rows], value[rows]
+        begin = np.flatnonzero(np.diff(triangle, prepend=-1))
+        around = self._faces.values[triangle[begin]].ravel()
+        order = np.argsort(around, kind="stable")
+        first = np.flatnonzero(np.diff(around[order], prepend=-1))
+        low, high = np.full((2, self.count, 3), np.inf)
+        if len(rows):
+            for side, found in ((low, np.minimum.reduceat(at, begin)), (high, np.minimum.reduceat(-at, begin))):
+                side[around[order[first]]] = np.minimum.reduceat(found[order // 3], first)
+        known = np.isfinite(low)
+        margin = RANGE * np.where(known, -high - low, 0.0)
+        return np.where(known, low - margin, -np.inf), np.where(known, margin - high, np.inf)
 
 
 def _weights(shown: np.ndarray, found: np.ndarray, usual: float) -> np.ndarray:

@@ -1,0 +1,116 @@
+"""Values at vertices are right for what faces show between them, whatever the vertices themselves see."""
+
+import numpy as np
+import pytest
+from detp.core.fit.shown_faces import ShownFaces
+from detp.core.fit.vertex_fit import VertexFit
+from detp.core.irradiance import Irradiance
+
+
+def plane(cells):
+    """A square of one metre, ``cells`` quads along each side, and the positions of its vertices."""
+    steps = np.arange(cells + 1)
+    vertices = np.stack([*np.meshgrid(steps, steps, indexing="ij"), np.zeros((cells + 1,) * 2)], -1).reshape(-1, 3)
+    first = (steps[:-1, None] * (cells + 1) + steps[:-1]).ravel()
+    below, above = first + cells + 1, first + cells + 2
+    triangles = np.concatenate([np.stack([first, below, above], 1), np.stack([first, above, first + 1], 1)])
+    positions = vertices / cells
+    normals = np.broadcast_to([0.0, 0.0, 1.0], (len(triangles), 3, 3))
+    return ShownFaces(triangles, positions[triangles], normals, len(positions)), positions
+
+
+def fitted(faces, light, noise=0.0, hidden=None, seed=0):
+    """The fit to ``light`` (K,) of positions (K, 3), with that relative noise."""
+    places = faces.drawn(seed)
+    at = places.of(faces.corners)
+    true = np.tile(light(at)[:, None], 3)
+    error = noise * true
+    value = true + error * np.random.default_rng(seed + 10).normal(size=(len(true), 1))
+    buried = np.zeros(len(true), bool) if hidden is None else hidden(at)
+    return VertexFit(faces, places).fitted(Irradiance(value, error), buried)
+
+
+def test_places_lie_evenly_on_faces_and_near_every_value():
+    faces, positions = plane(5)
+    places = faces.drawn(3)
+    at = places.of(faces.corners)
+    assert places.weights.min() >= 0.0
+    assert places.weights.sum(axis=1) == pytest.approx(1.0)
+    assert places.area.sum() == pytest.approx(1.0, rel=0.02)
+    assert np.einsum("k,kc->c", places.area, at)[:2] == pytest.approx([0.5, 0.5], abs=0.02)
+    first = places.weights[: len(positions)]
+    nearest = faces.values[places.triangle[: len(positions)], first.argmax(axis=1)]
+    assert nearest.tolist() == list(range(len(positions)))
+
+
+@pytest.mark.parametrize("cells", [1, 8])
+def test_light_that_runs_evenly_over_a_plane_is_shown_as_it_is(cells):
+    faces, positions = plane(cells)
+    found = fitted(faces, lambda at: 1.0 + 2.0 * at[:, 0] + at[:, 1])
+    assert found.known.all()
+    assert found.light.value[:, 0] == pytest.approx(1.0 + 2.0 * positions[:, 0] + positions[:, 1], rel=5e-3)
+
+
+def test_a_wall_whose_corners_are_buried_shows_the_light_between_them():
+    faces, positions = plane(1)
+    inside = lambda at: (np.abs(at[:, :2] - 0.5).max(axis=1) < 0.35).astype(float)  # noqa: E731
+    found = fitted(faces, inside, hidden=lambda at: inside(at) == 0.0)
+    assert found.light.value == pytest.approx(1.0, rel=0.01)
+
+
+def test_a_wall_that_reaches_into_the_dark_keeps_the_light_of_its_lit_part():
+    faces, positions = plane(1)
+    places = faces.drawn(1)
+    lit = places.of(faces.corners)[:, 0] < 0.4
+    shown = VertexFit(faces, places).fitted(Irradiance(*np.stack([lit, 0.0 * lit])[..., None] * np.ones(3)), lit < 0)
+    assert VertexFit(faces, places).shown(shown.light.value)[lit].min() > 0.5
+
+
+def test_a_spot_hundreds_of_times_brighter_does_not_take_the_ceiling():
+    faces, _ = plane(4)
+    near = lambda at: np.linalg.norm(at - [0.4, 0.4, 0.0], axis=1) < 0.03  # noqa: E731
+    found = fitted(faces, lambda at: np.where(near(at), 300.0, 1.0))
+    assert np.quantile(found.light.value[:, 0], 0.9) == pytest.approx(1.0, rel=0.02)
+
+
+def test_values_stay_among_those_that_were_found_around_them():
+    faces, _ = plane(6)
+    found = fitted(faces, lambda at: np.where(at[:, 0] < 0.47, 0.2, 1.0))
+    assert found.light.value.min() >= 0.2 - 0.081
+    assert found.light.value.max() <= 1.0 + 0.081
+
+
+def test_an_edge_of_light_beyond_noise_stays_while_noise_is_taken_away():
+    faces, positions = plane(20)
+    step = lambda at: np.where(at[:, 0] < 0.5, 1.0, 4.0)  # noqa: E731
+    found = fitted(faces, step, noise=0.05).light.value[:, 0]
+    apart = np.abs(positions[:, 0] - 0.5) > 0.11
+    off = found[apart] / step(positions)[apart] - 1.0
+    assert np.abs(off).max() < 0.15
+    assert np.sqrt(np.mean(off**2)) < 0.03
+
+
+def test_standard_errors_are_what_seeds_differ_by():
+    faces, _ = plane(24)
+    places = faces.drawn(0)
+    true = np.tile(1.0 + places.of(faces.corners)[:, :1], 3)
+    generator, fit = np.random.default_rng(5), VertexFit(faces, places)
+    values = [
+        fit.fitted(Irradiance(true * (1 + 0.06 * generator.normal(size=(len(true), 1))), 0.06 * true), true[:, 0] < 0)
+        for _ in range(24)
+    ]
+    spread = np.std([found.light.value[:, 0] for found in values], axis=0, ddof=1)
+    told = np.sqrt(np.mean([found.light.standard_error[:, 0] ** 2 for found in values], axis=0))
+    assert np.sqrt(np.mean(spread**2)) == pytest.approx(np.sqrt(np.mean(told**2)), rel=0.15)
+
+
+def test_parts_of_the_light_make_up_the_whole():
+    faces, _ = plane(3)
+    places = faces.drawn(2)
+    x = places.of(faces.corners)[:, :1] * np.ones(3)
+    nothing = np.zeros_like(x)
+    fit = VertexFit(faces, places)
+    whole, none = Irradiance(1.0 + 2.0 * x, nothing), np.zeros(len(x), bool)
+    part = fit.fitted(whole, none, Irradiance(1.0 + 0.0 * x, nothing)).part
+    rest = fit.fitted(whole, none, Irradiance(2.0 * x, nothing)).part
+    assert part + rest == pytest.approx(fit.fitted(whole, none).light.value, rel=2e-3)

@@ -34,6 +34,9 @@ DOMAINS = ("CORNER", "POINT")
 #: seconds to write the colour of one point, and the least time that is left to the bake itself
 WRITING, LEAST_SECONDS = 4e-6, 0.05
 
+#: faces that show more than this share of their light wrong are named
+WRONG = 0.25
+
 #: share of the emitted flux that the bounce limit may cut without a warning
 HARMLESS_CUT = 0.01
 
@@ -147,6 +150,7 @@ def bake_scene(
     writing = time.perf_counter()
     values = _values(points, result)
     colours, gone = _colours(targets, values, request)
+    lost, wrong_faces = _wrong_faces(targets, export, points, values, result, request.domain)
     notes = write_colours(colours, request.domain, request.attribute if request.activate else None)
     end = time.perf_counter()
     doubts = _doubts(result, request.settings, stopped, export.scene.vertices)
@@ -173,6 +177,8 @@ def bake_scene(
         },
         relative_error=result.relative_error,
         high_error=result.high_error,
+        faces_lost=lost,
+        wrong_faces=wrong_faces,
         modelled=tuple(export.modelled),
         left_out=tuple(export.left_out),
         blender_scene=names[0],
@@ -214,6 +220,7 @@ class _Points:
     centres, normals, inward   (N, 3) as the core's bake takes them
     covered                    (N,) whether another face lies against that of the point
     fit                        makes the colours' values of their light; None where each point is a value
+    triangles                  (T,) of the faces as read, that it fits
     """
 
     centres: np.ndarray
@@ -221,16 +228,21 @@ class _Points:
     inward: np.ndarray
     covered: np.ndarray
     fit: VertexFit | None
+    triangles: np.ndarray
 
 
 @dataclass(frozen=True)
 class _Values:
-    """What colours are made of: irradiance (U, 3), direct (U, 3) and indirect (U, 3), and whether (U,) it is known."""
+    """What colours are made of: irradiance (U, 3), direct (U, 3) and indirect (U, 3), and whether (U,) it is known.
+
+    ``hidden`` (N,) are the points that do not count.
+    """
 
     irradiance: np.ndarray
     direct: np.ndarray
     indirect: np.ndarray
     known: np.ndarray
+    hidden: np.ndarray
 
 
 def _points_of(targets: list[BakeTarget], export: ExportedScene) -> tuple[list[BakeTarget], _Points]:
@@ -242,13 +254,13 @@ def _points_of(targets: list[BakeTarget], export: ExportedScene) -> tuple[list[B
     used = used[:-1]
     renumbered = np.append(np.where(used, np.cumsum(used) - 1, -1), -1)
     moved = [replace(target, point_rows=renumbered[target.point_rows]) for target in targets]
-    rows, fit = np.flatnonzero(used), None
+    rows, fit, kept = np.flatnonzero(used), None, np.zeros(0, np.int64)
     if shown is not None:
         faces, kept = shown.faces.of_values(used)
         places, rows = shown.places.on(kept)
         fit = VertexFit(faces, places)
     given = export.centres, export.normals, export.inward, export.covered
-    return moved, _Points(*(part[rows] for part in given), fit)
+    return moved, _Points(*(part[rows] for part in given), fit, kept)
 
 
 def _values(points: _Points, result: BakeResult) -> _Values:
@@ -256,9 +268,32 @@ def _values(points: _Points, result: BakeResult) -> _Values:
     # A covered face that is dark belongs to things that touch; one that has light stands back to back with another.
     hidden = result.hidden | (points.covered & unlit(result.irradiance))
     if points.fit is None:
-        return _Values(result.irradiance, result.direct.value, result.indirect.value, ~hidden)
+        return _Values(result.irradiance, result.direct.value, result.indirect.value, ~hidden, hidden)
     fitted = points.fit.fitted(result.light, hidden, result.direct)
-    return _Values(fitted.light.value, fitted.part, fitted.light.value - fitted.part, fitted.known)
+    value, part = fitted.light.value, fitted.part
+    return _Values(value, part, value - part, fitted.known, hidden)
+
+
+def _wrong_faces(
+    targets: list[BakeTarget], export: ExportedScene, points: _Points, values: _Values, result: BakeResult, domain: str
+) -> tuple[float, dict[tuple[str, str | None], np.ndarray]]:
+    """The share of their light that faces show wrong, NaN where nobody looked, and the faces of each object that show
+    more than WRONG of theirs wrong.
+    """
+    if points.fit is None:
+        return float("nan"), {}
+    owner, face = export.shown.owners[points.triangles], export.shown.corners[points.triangles]
+    for number in np.unique(owner):
+        mine, obj = owner == number, _object(export.targets[number])
+        if obj is not None and len(obj.data.loops) == len(export.targets[number].point_rows):
+            face[mine] = faces_of(obj.data, domain).corner_face[face[mine]]
+    pairs, number = np.unique(np.stack([owner, face], axis=1), axis=0, return_inverse=True)
+    losses = points.fit.losses(values.irradiance, result.light, values.hidden, number.ravel())
+    wrong = pairs[losses.share > WRONG]
+    named = {int(owner): wrong[wrong[:, 0] == owner, 1] for owner in np.unique(wrong[:, 0])}
+    whole = losses.area.sum()
+    share = float(losses.share @ losses.area / whole) if whole > 0 else float("nan")
+    return share, {(export.targets[n].object_name, export.targets[n].library): rows for n, rows in named.items()}
 
 
 def _bake_steps(

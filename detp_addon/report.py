@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import math
 import re
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field, fields
+
+import numpy as np
 
 #: words for the phases' seconds, in the order of the report
 STAGES = ("export", "shadow", "trace", "gather", "write")
@@ -24,6 +26,8 @@ class BakeReport:
     seconds         of each of STAGES, and their total
     relative_error  estimated: the share by which half of the lit points are off at most; NaN when all are dark
     high_error      the same for nine tenths of the points, beside the light that is usual where they are next to dark
+    faces_lost      the share of their light that faces show wrong between their vertices; NaN where nobody looked
+    wrong_faces     the faces that show more than a quarter of theirs wrong, by the object's name and library
     modelled        features of the scene that were found and needed; ``left_out`` those that were not honoured
     warnings        one sentence each
     output          the file written, or None inside Blender
@@ -45,6 +49,8 @@ class BakeReport:
     seconds: dict[str, float]
     relative_error: float
     high_error: float = math.nan
+    faces_lost: float = math.nan
+    wrong_faces: dict[tuple[str, str | None], np.ndarray] = field(default_factory=dict)
     modelled: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
@@ -53,10 +59,11 @@ class BakeReport:
     view_layer: str = ""
 
     def as_json(self) -> dict:
-        """The report as values that JSON knows; a relative error that does not exist becomes null."""
-        entry = asdict(self)
+        """The report as values that JSON knows; an error that does not exist becomes null."""
+        entry = {each.name: getattr(self, each.name) for each in fields(self)}
+        entry["wrong_faces"] = {name: len(faces) for (name, _), faces in self.wrong_faces.items()}
         order = ("scene", "output", *(name for name in entry if name not in ("scene", "output")))
-        for name in ("relative_error", "high_error"):
+        for name in ("relative_error", "high_error", "faces_lost"):
             if not math.isfinite(entry[name]):
                 entry[name] = None
         return {name: entry[name] for name in order}
@@ -72,6 +79,14 @@ class BakeReport:
             f"(radius {self.radius:.3g} m, {self.gatherer})."
         )
 
+    def faces(self) -> str:
+        """One line for people: what faces show wrong between their vertices."""
+        line = f"Faces show {_percent(self.faces_lost)} of their light wrong between their vertices"
+        wrong = sum(map(len, self.wrong_faces.values()))
+        if not wrong:
+            return line + "."
+        return f"{line}; {counted(wrong, 'face')} of {counted(len(self.wrong_faces), 'object')} more than a quarter."
+
     def details(self) -> list[str]:
         """Lines for people after the headline: what was modelled, what was left out, what to look at."""
         lines = []
@@ -79,6 +94,8 @@ class BakeReport:
             lines.append("Modelled: " + ", ".join(self.modelled) + ".")
         if self.left_out:
             lines.append("Left out: " + ", ".join(self.left_out) + ".")
+        if math.isfinite(self.faces_lost):
+            lines.append(self.faces())
         if self.filled:
             lines.append(f"Filled from neighbours: {counted(self.filled, 'element')}.")
         return lines + [f"Warning: {warning}" for warning in self.warnings]

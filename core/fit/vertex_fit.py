@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..irradiance import Irradiance
+from ..irradiance import DARK_SHARE, Irradiance
 from .shown_faces import FacePlaces, ShownFaces
 
 #: Values beside each other differ by about this share of the light, as long as nothing is known of them: the noisier
@@ -32,6 +32,9 @@ UNLIT_SHARE, UNLIT = 1e-3, 0.05
 
 #: Values may leave the range of what was found on their triangles by this share of it: vertices are its farthest ends.
 RANGE = 0.1
+
+#: Of squared differences so many times the squared standard error may well be noise.
+CERTAIN = 2.0
 
 #: Times that weights are found anew, and steps of conjugate gradients each time and for errors.
 REWEIGHTED, STEPS, STEPS_FOR_ERRORS = 6, 6, 12
@@ -58,6 +61,19 @@ class Fitted:
     light: Irradiance
     part: np.ndarray
     known: np.ndarray
+
+
+@dataclass(frozen=True)
+class FaceLosses:
+    """What F faces show wrong.
+
+    share  (F,) of the light, 0..1, in the mean over places: how far what is shown there is from what was found, beyond
+           noise, over the larger of both
+    area   (F,) m^2, 0 where nothing is known
+    """
+
+    share: np.ndarray
+    area: np.ndarray
 
 
 class VertexFit:
@@ -127,6 +143,21 @@ class VertexFit:
     def shown(self, value: np.ndarray) -> np.ndarray:
         """What (K, d) is shown at the places where vertices have this ``value`` (U, d)."""
         return np.einsum("kc,kcd->kd", self._places.weights, value.take(self._values, axis=0))
+
+    def losses(self, value: np.ndarray, light: Irradiance, hidden: np.ndarray, face: np.ndarray) -> FaceLosses:
+        """What faces show wrong of the ``light`` at their places, with ``value`` (U, 3); ``face`` (T,) from 0 up are
+        those that the triangles belong to.
+        """
+        area, found, usual = self._counted(light.value, hidden)
+        shown = self.shown(value)
+        squares = np.abs(shown - light.value).sum(axis=1) ** 2
+        noise = np.nan_to_num(light.standard_error.sum(axis=1), posinf=0.0) ** 2
+        beside = np.maximum(np.maximum(np.abs(shown).sum(axis=1), found), DARK_SHARE * usual)
+        wrong = np.minimum(np.sqrt(np.maximum(squares - CERTAIN * noise, 0.0)) / beside, 1.0)
+        of, count = face[self._places.triangle], int(face.max(initial=-1)) + 1
+        sums, counted = np.bincount(of, area * wrong, count), np.bincount(of, area, count)
+        share = np.divide(sums, counted, out=np.zeros(count), where=counted > 0)
+        return FaceLosses(share, np.bincount(face, self._faces.areas, count) * (counted > 0))
 
     def _errors(self, blocks, weights: np.ndarray, standard_error: np.ndarray) -> np.ndarray:
         """Standard errors (U, 3) of values whose places have these, independent of each other."""

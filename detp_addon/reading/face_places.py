@@ -22,11 +22,14 @@ class PlacedFaces:
 
     rows     for each object which value (C,) each face corner shows, -1 for none
     faces    its ``values`` are those rows
+    owners   (T,) the object of each of the triangles, and ``corners`` (T,) one of its face corners there
     places   K of them; ``centres`` (K, 3) metres and ``normals`` (K, 3) unit there
     """
 
     rows: tuple[np.ndarray, ...]
     faces: ShownFaces
+    owners: np.ndarray
+    corners: np.ndarray
     places: FacePlaces
     centres: np.ndarray
     normals: np.ndarray
@@ -38,7 +41,7 @@ def placed_faces(points: list[CornerPoints], surfaces: list[MeshSurface], domain
     """
     none = np.zeros((0, 3))
     rows, values, corners, normals, count = [], [none.astype(np.int64)], [none[:, None]], [none[:, None]], 0
-    ends = [0]
+    ends, named = [0], [none[:, 0].astype(np.int64)]
     for part in points:
         shown = part.rows if domain == "CORNER" else np.where(part.rows >= 0, part.vertices, -1)
         rows.append(np.where(shown >= 0, shown + count, -1))
@@ -50,6 +53,7 @@ def placed_faces(points: list[CornerPoints], surfaces: list[MeshSurface], domain
         normals.append(part.normals[part.rows[triangles]])
         count += int(shown.max(initial=-1)) + 1
         ends.append(ends[-1] + len(triangles))
+        named.append(triangles[:, 0])
     faces = ShownFaces(np.concatenate(values), *map(_joined, (corners, normals)), count)
     places = faces.drawn(_SEED)
     centres, directions = places.of(faces.corners), safe_unit(places.of(faces.normals))[0]
@@ -57,7 +61,8 @@ def placed_faces(points: list[CornerPoints], surfaces: list[MeshSurface], domain
         if part.nearest:
             mine = np.flatnonzero((places.triangle >= first) & (places.triangle < end))
             centres[mine], directions[mine] = _on_surface(part, surface, centres[mine], directions[mine])
-    return PlacedFaces(tuple(rows), faces, places, centres, directions)
+    owners = np.repeat(np.arange(len(points)), np.diff(ends))
+    return PlacedFaces(tuple(rows), faces, owners, np.concatenate(named), places, centres, directions)
 
 
 def _joined(parts: list[np.ndarray]) -> np.ndarray:

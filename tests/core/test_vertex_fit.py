@@ -52,14 +52,14 @@ def test_light_that_runs_evenly_over_a_plane_is_shown_as_it_is(cells):
 
 
 def test_a_wall_whose_corners_are_buried_shows_the_light_between_them():
-    faces, positions = plane(1)
+    faces, _ = plane(1)
     inside = lambda at: (np.abs(at[:, :2] - 0.5).max(axis=1) < 0.35).astype(float)  # noqa: E731
     found = fitted(faces, inside, hidden=lambda at: inside(at) == 0.0)
     assert found.light.value == pytest.approx(1.0, rel=0.01)
 
 
 def test_a_wall_that_reaches_into_the_dark_keeps_the_light_of_its_lit_part():
-    faces, positions = plane(1)
+    faces, _ = plane(1)
     places = faces.drawn(1)
     lit = places.of(faces.corners)[:, 0] < 0.4
     shown = VertexFit(faces, places).fitted(Irradiance(*np.stack([lit, 0.0 * lit])[..., None] * np.ones(3)), lit < 0)

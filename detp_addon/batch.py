@@ -16,6 +16,7 @@ from ..core.errors import DetpError
 from .blender_output import blender_silenced
 from .chosen_objects import chosen_objects, targets_in
 from .chosen_views import View, ViewChoice, chosen_views, shared_objects
+from .face_division import divide_faces, division_note
 from .files import check_readable, is_compressed, open_blend
 from .job import BakeRequest, bake_scene
 from .modifiers import apply_modifiers
@@ -45,6 +46,7 @@ class Batch:
     quiet: bool = False
     views: ViewChoice = field(default_factory=ViewChoice)
     apply_modifiers: bool = False
+    subdivide: int = 0
 
 
 def bake_batch(batch: Batch) -> int:
@@ -116,12 +118,18 @@ def _bake_file(job: SceneJob, batch: Batch, display: ProgressDisplay, entries: l
         if len(views) > 1:
             request = replace(request, targets=targets_in(scene, request.targets))
         title = job.scene.stem if len(views) == 1 else f"{job.scene.stem}, {scene.name}"
-        steps = bake_scene(scene, layer, request, spent=spent, scenes_too=[scene for scene, _ in views])
         try:
             if batch.apply_modifiers:
                 with blender_silenced():
                     opening += apply_modifiers(scene, layer, chosen_objects(scene, layer, request.targets))
-            reports[scene, layer] = _finished(steps, title, display)
+            begin = time.perf_counter()
+            divided = _subdivided(scene, layer, request, batch.subdivide, title, display)
+            spent += time.perf_counter() - begin
+            steps = bake_scene(scene, layer, request, spent=spent, scenes_too=[scene for scene, _ in views])
+            report = _finished(steps, title, display)
+            if divided is not None:
+                report = replace(report, warnings=(*report.warnings, division_note(*divided, report.lossy_faces.whole)))
+            reports[scene, layer] = report
         except DetpError as error:
             refusals.append((scene.name, error))
         spent = 0.0
@@ -141,6 +149,29 @@ def _bake_file(job: SceneJob, batch: Batch, display: ProgressDisplay, entries: l
         entries.append(report.as_json())
     display.line(f"Saved {job.output}")
     return list(reports)
+
+
+def _subdivided(
+    scene, layer, request: BakeRequest, times: int, title: str, display: ProgressDisplay
+) -> tuple[int, int, float] | None:
+    """Divide faces where light changes, up to so many ``times``, each time after a bake of quality draft.
+
+    Returns how many faces, of how many objects, and the share of their light that faces showed wrong before; None when
+    there was nothing to divide.
+    """
+    rough = replace(
+        request, settings=replace(request.settings, quality="draft", error=None, photons=None, seconds=None)
+    )
+    faces, objects, before = 0, 0, None
+    for _ in range(times):
+        report = _finished(bake_scene(scene, layer, rough), f"{title}, rough", display)
+        if len(report.lossy_faces.faces) == 0:
+            break
+        with blender_silenced():
+            divided, of = divide_faces(report.lossy_faces)
+        faces, objects = faces + divided, max(objects, of)
+        before = report.lossy_faces.whole if before is None else before
+    return None if before is None else (faces, objects, before)
 
 
 def _finished(steps: Generator, title: str, display: ProgressDisplay) -> BakeReport:

@@ -115,6 +115,10 @@ def _add_bake(commands) -> None:
         "themselves (default: faces)",
     )  # fmt: skip
     bake.add_argument(
+        "--subdivide", type=int, default=0, metavar="TIMES",
+        help="up to so many times, divide the faces of the output whose light their vertices cannot show (default: 0)",
+    )  # fmt: skip
+    bake.add_argument(
         "--quantity", choices=("lighting", "irradiance", "shaded", "ambient-occlusion"), default="lighting",
         help="lighting: E/pi, white = 1; irradiance: E in W/m2; shaded: albedo E/pi + emission; "
         "ambient-occlusion: open share of the hemisphere (default: lighting)",
@@ -226,8 +230,14 @@ def _bake(arguments: argparse.Namespace) -> int:
         split=arguments.split,
         activate=arguments.activate == "on",
     )
+    if arguments.subdivide and (arguments.fit != "faces" or arguments.subdivide < 0):
+        raise InvalidSettingError("Only colours fitted to faces tell which to subdivide, and 0 times or more.")
     jobs = tuple(SceneJob(*paths) for paths in zip(scenes, outputs, previews, strict=True))
     views = ViewChoice(arguments.scene, arguments.view_layer, arguments.all_scenes)
     return (
-        FAILED if bake_batch(Batch(jobs, request, report, arguments.quiet, views, arguments.apply_modifiers)) else DONE
+        FAILED
+        if bake_batch(
+            Batch(jobs, request, report, arguments.quiet, views, arguments.apply_modifiers, arguments.subdivide)
+        )
+        else DONE
     )

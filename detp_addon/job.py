@@ -24,6 +24,7 @@ from .chosen_objects import chosen_objects
 from .chosen_views import not_baked
 from .element_values import QUANTITIES, quantity_values, spread
 from .live_colours import LiveColours
+from .lossy_faces import LossyFaces
 from .reading.read_scene import FITS, BakeTarget, ExportedScene, read_scene
 from .report import BakeReport, counted
 from .write_attributes import MeshColours, check_attribute_name, element_count, faces_of, obstacle, write_colours
@@ -33,9 +34,6 @@ DOMAINS = ("CORNER", "POINT")
 
 #: seconds to write the colour of one point, and the least time that is left to the bake itself
 WRITING, LEAST_SECONDS = 4e-6, 0.05
-
-#: faces that show more than this share of their light wrong are named
-WRONG = 0.25
 
 #: share of the emitted flux that the bounce limit may cut without a warning
 HARMLESS_CUT = 0.01
@@ -150,7 +148,7 @@ def bake_scene(
     writing = time.perf_counter()
     values = _values(points, result)
     colours, gone = _colours(targets, values, request)
-    lost, wrong_faces = _wrong_faces(targets, export, points, values, result, request.domain)
+    lossy = _lossy_faces(export, points, values, result, request.domain)
     notes = write_colours(colours, request.domain, request.attribute if request.activate else None)
     end = time.perf_counter()
     doubts = _doubts(result, request.settings, stopped, export.scene.vertices)
@@ -177,8 +175,7 @@ def bake_scene(
         },
         relative_error=result.relative_error,
         high_error=result.high_error,
-        faces_lost=lost,
-        wrong_faces=wrong_faces,
+        lossy_faces=lossy,
         modelled=tuple(export.modelled),
         left_out=tuple(export.left_out),
         blender_scene=names[0],
@@ -274,14 +271,12 @@ def _values(points: _Points, result: BakeResult) -> _Values:
     return _Values(value, part, value - part, fitted.known, hidden)
 
 
-def _wrong_faces(
-    targets: list[BakeTarget], export: ExportedScene, points: _Points, values: _Values, result: BakeResult, domain: str
-) -> tuple[float, dict[tuple[str, str | None], np.ndarray]]:
-    """The share of their light that faces show wrong, NaN where nobody looked, and the faces of each object that show
-    more than WRONG of theirs wrong.
-    """
+def _lossy_faces(
+    export: ExportedScene, points: _Points, values: _Values, result: BakeResult, domain: str
+) -> LossyFaces:
+    """The faces that show light wrong with these ``values``."""
     if points.fit is None:
-        return float("nan"), {}
+        return LossyFaces()
     owner, face = export.shown.owners[points.triangles], export.shown.corners[points.triangles]
     for number in np.unique(owner):
         mine, obj = owner == number, _object(export.targets[number])
@@ -289,11 +284,8 @@ def _wrong_faces(
             face[mine] = faces_of(obj.data, domain).corner_face[face[mine]]
     pairs, number = np.unique(np.stack([owner, face], axis=1), axis=0, return_inverse=True)
     losses = points.fit.losses(values.irradiance, result.light, values.hidden, number.ravel())
-    wrong = pairs[losses.share > WRONG]
-    named = {int(owner): wrong[wrong[:, 0] == owner, 1] for owner in np.unique(wrong[:, 0])}
-    whole = losses.area.sum()
-    share = float(losses.share @ losses.area / whole) if whole > 0 else float("nan")
-    return share, {(export.targets[n].object_name, export.targets[n].library): rows for n, rows in named.items()}
+    objects = [(target.object_name, target.library) for target in export.targets]
+    return LossyFaces.of(objects, pairs[:, 0], pairs[:, 1], losses.share, losses.area)
 
 
 def _bake_steps(

@@ -6,10 +6,12 @@ import bpy
 
 from ..core.errors import DetpError
 from . import session
+from .face_division import divide_faces, select_faces
 from .forecasts import remember
 from .job import bake_scene
 from .live_colours import LiveColours
 from .properties import BakeOptions, bake_request, option_names, scene_options
+from .report import counted
 from .show_light import show_while
 from .terminal import escaped
 from .units import metres_per_unit
@@ -203,6 +205,46 @@ class DETP_OT_copy_report(bpy.types.Operator):
         return {"FINISHED"}
 
 
+class _OnWrongFaces:
+    """What works on the faces that the last bake named."""
+
+    @classmethod
+    def poll(cls, _context):
+        """After a bake that named some, and while none runs."""
+        bake = session.latest()
+        report = bake.outcome.report if bake is not None and bake.outcome is not None else None
+        return report is not None and bool(len(report.lossy_faces.faces))
+
+
+class DETP_OT_select_faces(_OnWrongFaces, bpy.types.Operator):
+    """Select the faces that show more than a quarter of their light wrong between their vertices"""
+
+    bl_idname = "detp.select_faces"
+    bl_label = "Select Faces"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context):
+        """And their objects, of which the last becomes the active one."""
+        count = select_faces(session.latest().outcome.report.lossy_faces.wrong, context)
+        self.report({"INFO"}, f"Selected {counted(count, 'face')}.")
+        return {"FINISHED"}
+
+
+class DETP_OT_divide_faces(_OnWrongFaces, bpy.types.Operator):
+    """Divide the faces whose vertices cannot show their light; bake again to see what it brings"""
+
+    bl_idname = "detp.divide_faces"
+    bl_label = "Subdivide Where Light Changes"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, _context):
+        """The faces get other numbers, so the bake is forgotten."""
+        faces, objects = divide_faces(session.latest().outcome.report.lossy_faces)
+        session.forget()
+        self.report({"INFO"}, f"Divided {counted(faces, 'face')} of {counted(objects, 'object')}: bake again.")
+        return {"FINISHED"}
+
+
 def _set_status(workspace: str, text: str | None) -> None:
     found = bpy.data.workspaces.get(workspace)
     if found is not None:
@@ -217,4 +259,6 @@ def _redraw_sidebars(context) -> None:
                     region.tag_redraw()
 
 
-CLASSES = (DETP_OT_bake, DETP_OT_cancel, DETP_OT_stop, DETP_OT_copy_report)
+CLASSES = (
+    DETP_OT_bake, DETP_OT_cancel, DETP_OT_stop, DETP_OT_copy_report, DETP_OT_select_faces, DETP_OT_divide_faces,
+)  # fmt: skip

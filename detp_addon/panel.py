@@ -107,6 +107,7 @@ class DETP_PT_result(_Tab, bpy.types.Panel):
         row.scale_y = 1.3
         shown = shows_light(context.space_data.shading)
         row.operator("detp.show", icon="SHADING_SOLID", depress=shown)
+        _draw_faces(self.layout, outcome.report, width)
         _draw_lists(self.layout, outcome.report, width)
 
 
@@ -170,6 +171,17 @@ def _draw_figures(layout: bpy.types.UILayout, report: BakeReport, units: bpy.typ
         left.active = False
         left.label(text=name)
         split.label(text=value)
+
+
+def _draw_faces(layout: bpy.types.UILayout, report: BakeReport, width: int) -> None:
+    """What faces show wrong between their vertices, and what to do about it."""
+    if not math.isfinite(report.lossy_faces.whole):
+        return
+    _sentence(layout, report.faces(), width)
+    if len(report.lossy_faces.faces):
+        row = layout.row(align=True)
+        row.operator("detp.select_faces", icon="FACESEL")
+        row.operator("detp.divide_faces", text="Subdivide", icon="MOD_SUBSURF")
 
 
 def _draw_lists(layout: bpy.types.UILayout, report: BakeReport, width: int) -> None:

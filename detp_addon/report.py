@@ -7,7 +7,7 @@ import math
 import re
 from dataclasses import dataclass, field, fields
 
-import numpy as np
+from .lossy_faces import LossyFaces
 
 #: words for the phases' seconds, in the order of the report
 STAGES = ("export", "shadow", "trace", "gather", "write")
@@ -26,8 +26,7 @@ class BakeReport:
     seconds         of each of STAGES, and their total
     relative_error  estimated: the share by which half of the lit points are off at most; NaN when all are dark
     high_error      the same for nine tenths of the points, beside the light that is usual where they are next to dark
-    faces_lost      the share of their light that faces show wrong between their vertices; NaN where nobody looked
-    wrong_faces     the faces that show more than a quarter of theirs wrong, by the object's name and library
+    lossy_faces     those that show light wrong between their vertices
     modelled        features of the scene that were found and needed; ``left_out`` those that were not honoured
     warnings        one sentence each
     output          the file written, or None inside Blender
@@ -49,8 +48,7 @@ class BakeReport:
     seconds: dict[str, float]
     relative_error: float
     high_error: float = math.nan
-    faces_lost: float = math.nan
-    wrong_faces: dict[tuple[str, str | None], np.ndarray] = field(default_factory=dict)
+    lossy_faces: LossyFaces = field(default_factory=LossyFaces)
     modelled: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
@@ -61,7 +59,9 @@ class BakeReport:
     def as_json(self) -> dict:
         """The report as values that JSON knows; an error that does not exist becomes null."""
         entry = {each.name: getattr(self, each.name) for each in fields(self)}
-        entry["wrong_faces"] = {name: len(faces) for (name, _), faces in self.wrong_faces.items()}
+        lossy = entry.pop("lossy_faces")
+        entry["faces_lost"] = lossy.whole
+        entry["wrong_faces"] = {name: len(faces) for (name, _), faces in lossy.wrong.items()}
         order = ("scene", "output", *(name for name in entry if name not in ("scene", "output")))
         for name in ("relative_error", "high_error", "faces_lost"):
             if not math.isfinite(entry[name]):
@@ -81,11 +81,12 @@ class BakeReport:
 
     def faces(self) -> str:
         """One line for people: what faces show wrong between their vertices."""
-        line = f"Faces show {_percent(self.faces_lost)} of their light wrong between their vertices"
-        wrong = sum(map(len, self.wrong_faces.values()))
+        line = f"Faces show {_percent(self.lossy_faces.whole)} of their light wrong between their vertices"
+        wrong = self.lossy_faces.wrong
         if not wrong:
             return line + "."
-        return f"{line}; {counted(wrong, 'face')} of {counted(len(self.wrong_faces), 'object')} more than a quarter."
+        many = counted(sum(map(len, wrong.values())), "face")
+        return f"{line}; {many} of {counted(len(wrong), 'object')} more than a quarter."
 
     def details(self) -> list[str]:
         """Lines for people after the headline: what was modelled, what was left out, what to look at."""
@@ -94,7 +95,7 @@ class BakeReport:
             lines.append("Modelled: " + ", ".join(self.modelled) + ".")
         if self.left_out:
             lines.append("Left out: " + ", ".join(self.left_out) + ".")
-        if math.isfinite(self.faces_lost):
+        if math.isfinite(self.lossy_faces.whole):
             lines.append(self.faces())
         if self.filled:
             lines.append(f"Filled from neighbours: {counted(self.filled, 'element')}.")

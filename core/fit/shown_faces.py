@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -23,12 +23,15 @@ class ShownFaces:
     values   (T, 3) which of the U values each corner shows
     corners  (T, 3, 3) metres; normals (T, 3, 3) unit shading normals there
     count    U
+    beside   (P, 2) values that lie at one place, on faces between which the surface bends by ``angles`` (P,) radians
     """
 
     values: np.ndarray
     corners: np.ndarray
     normals: np.ndarray
     count: int
+    beside: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int64))
+    angles: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
     @cached_property
     def areas(self) -> np.ndarray:
@@ -40,7 +43,8 @@ class ShownFaces:
         kept = np.flatnonzero(used[self.values].all(axis=1))
         numbers = np.cumsum(used) - 1
         some = numbers[self.values[kept]], self.corners[kept], self.normals[kept]
-        return ShownFaces(*some, int(used.sum())), kept
+        pairs = np.flatnonzero(used[self.beside].all(axis=1))
+        return ShownFaces(*some, int(used.sum()), numbers[self.beside[pairs]], self.angles[pairs]), kept
 
     def drawn(self, seed: int) -> FacePlaces:
         """Places on the triangles: one near the vertices of each value, and more in proportion to area."""

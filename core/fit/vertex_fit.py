@@ -19,6 +19,10 @@ from .shown_faces import FacePlaces, ShownFaces
 #: places are, the more that counts. Differences beyond so many standard errors of a place are no noise, and stay.
 DIFFERENCE, BEYOND = 0.15, 3.0
 
+#: Values beside each other on faces that bend differ about by the angle in radians and LEAST_ANGLE, as shares of the
+#: light; that counts as much as a place does that differs by SEAM.
+LEAST_ANGLE, SEAM = 0.05, 0.15
+
 #: Differences count relative to the light shown and found, and this share of what is usual in the scene; beyond such
 #: a share of that they count linearly.
 USUAL, LINEAR = 0.3, 0.3
@@ -64,6 +68,14 @@ class Fitted:
 
 
 @dataclass(frozen=True)
+class _Equations:
+    """What each triangle adds to the equations of its three values (T, 3, 3), and what seams (P,) add."""
+
+    blocks: np.ndarray
+    seams: np.ndarray
+
+
+@dataclass(frozen=True)
 class FaceLosses:
     """What F faces show wrong.
 
@@ -82,6 +94,10 @@ class VertexFit:
     def __init__(self, faces: ShownFaces, places: FacePlaces):
         self._faces, self._places = faces, places
         self._values = faces.values.take(places.triangle, axis=0)
+        around = _added(faces.values, np.repeat(faces.areas / 3.0, 3).reshape(-1, 3, 1), faces.count)[:, 0]
+        pairs = np.maximum(np.bincount(faces.beside.ravel(), minlength=faces.count), 1)
+        share = (around / pairs)[faces.beside].min(axis=1, initial=np.inf)
+        self._seams = share * SEAM**2 / (faces.angles**2 + LEAST_ANGLE**2)
         # m^2 that a place stands for on each triangle, or would if it had one.
         self._place_area = np.minimum(faces.areas, faces.areas / np.maximum(places.expected, 1e-300))
         self._left: np.ndarray | None = None
@@ -102,14 +118,16 @@ class VertexFit:
         value = np.clip(0.0, low, high)
         weights, level = area / (found + usual) ** 2, np.full(self.count, usual)
         for _ in range(REWEIGHTED):
-            blocks = self._blocks(weights, noise, level, usual)
-            value = np.clip(self._solved(blocks, self._sums(weights[:, None] * light.value), value, STEPS), low, high)
+            equations = self._equations(weights, noise, level, usual)
+            value = np.clip(
+                self._solved(equations, self._sums(weights[:, None] * light.value), value, STEPS), low, high
+            )
             weights = area * _weights(np.abs(self.shown(value)).sum(axis=1), found, usual)
             level = np.abs(value).sum(axis=1)
         known = self._sums((area > 0).astype(float)[:, None])[:, 0] > 0
         part = light if part is None else part
-        share = self._solved(blocks, self._sums(weights[:, None] * part.value), 0.5 * value, STEPS)
-        errors = self._errors(blocks, weights, light.standard_error)
+        share = self._solved(equations, self._sums(weights[:, None] * part.value), 0.5 * value, STEPS)
+        errors = self._errors(equations, weights, light.standard_error)
         return Fitted(Irradiance(value, errors), np.clip(share, np.minimum(value, 0.0), np.maximum(value, 0.0)), known)
 
     def seen(self, light: Irradiance, hidden: np.ndarray, chance: Irradiance) -> Irradiance:
@@ -124,7 +142,7 @@ class VertexFit:
             noise = self._noise(own, area, found, usual)
             weights = area / (2.0 * found + USUAL * usual) ** 2
             level = self._sums((area * found)[:, None]) / np.maximum(self._sums(area[:, None]), 1e-300)
-            errors = self._errors(self._blocks(weights, noise, level[:, 0], usual), weights, chance.standard_error)
+            errors = self._errors(self._equations(weights, noise, level[:, 0], usual), weights, chance.standard_error)
             left = self.shown(errors).sum(axis=1)
             self._left = np.divide(left, own, out=np.ones(len(left)), where=own > 0)
         left = 1.0 if self._left is None else self._left[:, None]
@@ -159,12 +177,12 @@ class VertexFit:
         share = np.divide(sums, counted, out=np.zeros(count), where=counted > 0)
         return FaceLosses(share, np.bincount(face, self._faces.areas, count) * (counted > 0))
 
-    def _errors(self, blocks, weights: np.ndarray, standard_error: np.ndarray) -> np.ndarray:
+    def _errors(self, equations: _Equations, weights: np.ndarray, standard_error: np.ndarray) -> np.ndarray:
         """Standard errors (U, 3) of values whose places have these, independent of each other."""
         signs = np.random.default_rng(0).choice([-1.0, 1.0], (len(weights), NOISES))
         noise = np.nan_to_num(standard_error.sum(axis=1), posinf=0.0)
         start = np.zeros((self._faces.count, NOISES))
-        spread = self._solved(blocks, self._sums((weights * noise)[:, None] * signs), start, STEPS_FOR_ERRORS)
+        spread = self._solved(equations, self._sums((weights * noise)[:, None] * signs), start, STEPS_FOR_ERRORS)
         whole = np.sqrt((spread**2).mean(axis=1))
         channels = self._sums(weights[:, None] * standard_error)
         return whole[:, None] * channels / np.maximum(channels.sum(axis=1, keepdims=True), 1e-300)
@@ -182,8 +200,8 @@ class VertexFit:
         everywhere = float(squares.sum() / max(whole.sum(), 1e-300))
         return np.sqrt(np.divide(squares, whole, out=np.full(count, everywhere), where=whole > 0))
 
-    def _blocks(self, weights: np.ndarray, noise: np.ndarray, level: np.ndarray, usual: float) -> np.ndarray:
-        """What each triangle adds to the equations of its values, (T, 3, 3), which are about at ``level`` (U,).
+    def _equations(self, weights: np.ndarray, noise: np.ndarray, level: np.ndarray, usual: float) -> _Equations:
+        """The equations of values, which are about at ``level`` (U,).
 
         Places have that relative ``noise`` (T,).
         """
@@ -196,16 +214,24 @@ class VertexFit:
         expected = (BEYOND * noise * scale)[:, None]
         kept = np.divide(expected**2, expected**2 + differ**2, out=np.zeros_like(differ), where=expected > 0)
         smooth = kept * ((noise / DIFFERENCE) ** 2 * self._place_area / (3.0 * scale**2))[:, None]
-        return np.stack(sums, axis=1).reshape(-1, 3, 3) + np.einsum("te,ecd->tcd", smooth, _EDGES)
+        blocks = np.stack(sums, axis=1).reshape(-1, 3, 3) + np.einsum("te,ecd->tcd", smooth, _EDGES)
+        beside = level.take(self._faces.beside).sum(axis=1) + USUAL * usual
+        return _Equations(blocks, self._seams / beside**2)
 
-    def _solved(self, blocks: np.ndarray, right: np.ndarray, start: np.ndarray, steps: int) -> np.ndarray:
-        """Solve the equations of all ``blocks`` (T, 3, 3) for the ``right`` side (U, d), by conjugate gradients."""
-        values = self._faces.values
-        diagonal = _added(values, np.einsum("tcc->tc", blocks)[:, :, None], self._faces.count)
+    def _solved(self, equations: _Equations, right: np.ndarray, start: np.ndarray, steps: int) -> np.ndarray:
+        """Solve the ``equations`` for the ``right`` side (U, d), by conjugate gradients."""
+        values, beside, count = self._faces.values, self._faces.beside, self.count
+        blocks, seams = equations.blocks, equations.seams[:, None]
+        diagonal = _added(values, np.einsum("tcc->tc", blocks)[:, :, None], count)
+        diagonal += _added(beside, np.repeat(seams, 2, axis=1)[:, :, None], count)
         inverse = np.divide(1.0, diagonal, out=np.zeros_like(diagonal), where=diagonal > 0)
 
         def applied(x):
-            return _added(values, np.einsum("tcd,tdx->tcx", blocks, x.take(values, axis=0)), self._faces.count)
+            total = _added(values, np.einsum("tcd,tdx->tcx", blocks, x.take(values, axis=0)), count)
+            if len(beside):
+                pull = seams * (x.take(beside[:, 0], axis=0) - x.take(beside[:, 1], axis=0))
+                total += _added(beside, np.stack([pull, -pull], axis=1), count)
+            return total
 
         x = start.copy()
         residual = right - applied(x)

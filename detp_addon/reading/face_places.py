@@ -15,6 +15,13 @@ from .triangle_geometry import dots, has_area, normal_matrix, safe_unit
 #: Seed of the places: the same for every bake, so that bakes of a scene differ by their light alone.
 _SEED = 0
 
+#: cosine between the normals of a surface and of a place on it, that lies between points whose normals are taken over
+_SMOOTH = 0.5
+
+#: Points at one vertex whose normals differ by less than this angle, in radians, show one value, and up to the second
+#: one they are not expected to differ much. So many at a vertex are looked at.
+_ALIKE, _BENT, _MOST_AROUND = 0.03, 1.0, 12
+
 
 @dataclass(frozen=True)
 class PlacedFaces:
@@ -42,8 +49,16 @@ def placed_faces(points: list[CornerPoints], surfaces: list[MeshSurface], domain
     none = np.zeros((0, 3))
     rows, values, corners, normals, count = [], [none.astype(np.int64)], [none[:, None]], [none[:, None]], 0
     ends, named = [0], [none[:, 0].astype(np.int64)]
+    beside, angles = [none[:, :2].astype(np.int64)], [none[:, 0]]
     for part in points:
-        shown = part.rows if domain == "CORNER" else np.where(part.rows >= 0, part.vertices, -1)
+        vertex = np.zeros(len(part.centres), np.int64)
+        vertex[part.rows[part.rows >= 0]] = part.vertices[part.rows >= 0]
+        value = vertex
+        if domain == "CORNER":
+            value, pairs, between = _along_edges(vertex, part.normals)
+            beside.append(pairs + count)
+            angles.append(between)
+        shown = np.where(part.rows >= 0, value[part.rows], -1)
         rows.append(np.where(shown >= 0, shown + count, -1))
         triangles = part.faces[(part.rows[part.faces] >= 0).all(axis=1)]
         placed = part.centres[part.rows[triangles]]
@@ -54,7 +69,8 @@ def placed_faces(points: list[CornerPoints], surfaces: list[MeshSurface], domain
         count += int(shown.max(initial=-1)) + 1
         ends.append(ends[-1] + len(triangles))
         named.append(triangles[:, 0])
-    faces = ShownFaces(np.concatenate(values), *map(_joined, (corners, normals)), count)
+    shapes = map(_joined, (corners, normals))
+    faces = ShownFaces(np.concatenate(values), *shapes, count, np.concatenate(beside), np.concatenate(angles))
     places = faces.drawn(_SEED)
     centres, directions = places.of(faces.corners), safe_unit(places.of(faces.normals))[0]
     for part, surface, first, end in zip(points, surfaces, ends, ends[1:], strict=False):
@@ -63,6 +79,38 @@ def placed_faces(points: list[CornerPoints], surfaces: list[MeshSurface], domain
             centres[mine], directions[mine] = _on_surface(part, surface, centres[mine], directions[mine])
     owners = np.repeat(np.arange(len(points)), np.diff(ends))
     return PlacedFaces(tuple(rows), faces, owners, np.concatenate(named), places, centres, directions)
+
+
+def _along_edges(vertex: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The value (N,) that each point of a ``vertex`` (N,) with unit ``normals`` (N, 3) shows: one for all at a vertex
+    that face alike. And pairs (P, 2) of values at the same vertex, with the angle (P,) between them, in radians.
+    """
+    order = np.argsort(vertex, kind="stable")
+    firsts, seconds = [], []
+    for step in range(1, _MOST_AROUND):
+        same = np.flatnonzero(vertex[order[step:]] == vertex[order[:-step]])
+        if len(same) == 0:
+            break
+        firsts.append(order[same])
+        seconds.append(order[same + step])
+    first, second = (np.concatenate([np.zeros(0, np.int64), *each]) for each in (firsts, seconds))
+    across = normals[first] - normals[second]
+    angle = 2.0 * np.arcsin(np.minimum(0.5 * np.sqrt(dots(across, across)), 1.0))
+    alike = angle < _ALIKE
+    value = np.arange(len(vertex))
+    # Points that face alike take the lowest number among them, passed on from one to the next.
+    for _ in range(_MOST_AROUND):
+        lowest = np.minimum(value[first[alike]], value[second[alike]])
+        before = value.copy()
+        np.minimum.at(value, first[alike], lowest)
+        np.minimum.at(value, second[alike], lowest)
+        if np.array_equal(value, before):
+            break
+    _, value = np.unique(value, return_inverse=True)
+    near = ~alike & (angle < _BENT)
+    pairs = np.stack([value[first[near]], value[second[near]]], axis=1)
+    apart = pairs[:, 0] != pairs[:, 1]
+    return value, pairs[apart], angle[near][apart]
 
 
 def _joined(parts: list[np.ndarray]) -> np.ndarray:
@@ -82,7 +130,3 @@ def _on_surface(part: CornerPoints, surface: MeshSurface, centres: np.ndarray, n
     smooth = dots(normals, facing) > _SMOOTH
     centres = np.where(found[:, None], places @ linear.T + origin, centres)
     return centres, np.where((found & ~smooth)[:, None], facing, normals)
-
-
-#: cosine between the normals of a surface and of a place on it, that lies between points whose normals are taken over
-_SMOOTH = 0.5

@@ -13,11 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..irradiance import DARK_SHARE, Irradiance
+from .equations import Matrix, Neighbours, added
 from .shown_faces import FacePlaces, ShownFaces
 
-#: Values beside each other differ by about this share of the light, as long as nothing is known of them: the noisier
-#: places are, the more that counts. Differences beyond so many standard errors of a place are no noise, and stay.
-DIFFERENCE, BEYOND = 0.15, 3.0
+#: Values beside each other differ by about this share of the light, as long as nothing is known of them, and then by
+#: as much as they do beyond noise in the triangles around, at least by the second share: the noisier places are, the
+#: more that counts. Differences beyond so many standard errors of a place are no noise, and stay.
+DIFFERENCE, LEAST_DIFFERENCE, BEYOND = 0.15, 0.05, 3.0
 
 #: Values beside each other on faces that bend differ about by the angle in radians and LEAST_ANGLE, as shares of the
 #: light; that counts as much as a place does that differs by SEAM.
@@ -40,17 +42,18 @@ RANGE = 0.1
 #: Of squared differences so many times the squared standard error may well be noise.
 CERTAIN = 2.0
 
-#: Times that weights are found anew, and steps of conjugate gradients each time and for errors.
-REWEIGHTED, STEPS, STEPS_FOR_ERRORS = 6, 6, 12
+#: Times that weights are found anew before it is known how much values differ, and after; and steps of conjugate
+#: gradients each time, and for errors.
+ROUGHLY, FINALLY, STEPS, STEPS_FOR_ERRORS = 3, 3, 8, 10
 
-#: What the square of the difference along each edge of a triangle adds to the equations of its values.
-_EDGES = np.array(
-    [[[1, -1, 0], [-1, 1, 0], [0, 0, 0]], [[0, 0, 0], [0, 1, -1], [0, -1, 1]], [[1, 0, -1], [0, 0, 0], [-1, 0, 1]]],
-    float,
-)
+#: What the fit leaves of errors is found out again when they have fallen to this share.
+AGAIN = 0.75
+
+#: Differences are looked at in so many rings of triangles.
+RINGS = 3
 
 #: Random noises that tell how errors of places become errors of values.
-NOISES = 8
+NOISES = 4
 
 
 @dataclass(frozen=True)
@@ -65,14 +68,6 @@ class Fitted:
     light: Irradiance
     part: np.ndarray
     known: np.ndarray
-
-
-@dataclass(frozen=True)
-class _Equations:
-    """What each triangle adds to the equations of its three values (T, 3, 3), and what seams (P,) add."""
-
-    blocks: np.ndarray
-    seams: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -94,13 +89,18 @@ class VertexFit:
     def __init__(self, faces: ShownFaces, places: FacePlaces):
         self._faces, self._places = faces, places
         self._values = faces.values.take(places.triangle, axis=0)
-        around = _added(faces.values, np.repeat(faces.areas / 3.0, 3).reshape(-1, 3, 1), faces.count)[:, 0]
+        shown = faces.values
+        self._neighbours = Neighbours(
+            np.concatenate([shown[:, [0, 1]], shown[:, [1, 2]], shown[:, [2, 0]], faces.beside]), faces.count
+        )
+        around = np.bincount(shown.ravel(), np.repeat(faces.areas / 3.0, 3), faces.count)
         pairs = np.maximum(np.bincount(faces.beside.ravel(), minlength=faces.count), 1)
         share = (around / pairs)[faces.beside].min(axis=1, initial=np.inf)
         self._seams = share * SEAM**2 / (faces.angles**2 + LEAST_ANGLE**2)
+        # The share of places' errors by chance that is left where it is shown, and their sum when that was found out.
+        self._left, self._sized = np.ones((len(places.area), 1)), np.inf
         # m^2 that a place stands for on each triangle, or would if it had one.
         self._place_area = np.minimum(faces.areas, faces.areas / np.maximum(places.expected, 1e-300))
-        self._left: np.ndarray | None = None
 
     @property
     def count(self) -> int:
@@ -113,42 +113,45 @@ class VertexFit:
         Standard errors say what noise of the places, independent of each other's, does to them.
         """
         area, found, usual = self._counted(light.value, hidden)
-        noise = self._noise(light.standard_error.sum(axis=1), area, found, usual)
+        errors = np.nan_to_num(light.standard_error, posinf=0.0)
+        noise = self._noise(errors.sum(axis=1), area, found, usual)
         low, high = self._ranges(light.value, area > 0)
-        value = np.clip(0.0, low, high)
+        value, differ = np.clip(0.0, low, high), DIFFERENCE
         weights, level = area / (found + usual) ** 2, np.full(self.count, usual)
-        for _ in range(REWEIGHTED):
-            equations = self._equations(weights, noise, level, usual)
-            value = np.clip(
-                self._solved(equations, self._sums(weights[:, None] * light.value), value, STEPS), low, high
-            )
-            weights = area * _weights(np.abs(self.shown(value)).sum(axis=1), found, usual)
+        for turn in range(ROUGHLY + FINALLY):
+            equations = self._equations(weights, noise / differ, noise, level, usual)
+            value = equations.solved(self._sums(weights[:, None] * light.value), value, STEPS)
+            value = np.clip(value, low, high)
             level = np.abs(value).sum(axis=1)
+            if turn + 1 == ROUGHLY:
+                differ = self._differences(level, self._spread(equations, weights, errors), usual)
+            weights = area * _weights(np.abs(self.shown(value)).sum(axis=1), found, usual)
+        spread = np.sqrt((self._spread(equations, weights, errors) ** 2).mean(axis=1))
+        channels = self._sums(weights[:, None] * errors)
+        spread = spread[:, None] * channels / np.maximum(channels.sum(axis=1, keepdims=True), 1e-300)
+        share = value
+        if part is not None:
+            share = equations.solved(self._sums(weights[:, None] * part.value), 0.5 * value, STEPS_FOR_ERRORS)
+            share = np.clip(share, np.minimum(value, 0.0), np.maximum(value, 0.0))
         known = self._sums((area > 0).astype(float)[:, None])[:, 0] > 0
-        part = light if part is None else part
-        share = self._solved(equations, self._sums(weights[:, None] * part.value), 0.5 * value, STEPS)
-        errors = self._errors(equations, weights, light.standard_error)
-        return Fitted(Irradiance(value, errors), np.clip(share, np.minimum(value, 0.0), np.maximum(value, 0.0)), known)
+        return Fitted(Irradiance(value, spread), share, known)
 
     def seen(self, light: Irradiance, hidden: np.ndarray, chance: Irradiance) -> Irradiance:
         """The ``light`` at the places with the errors (K, 3) of what is shown there.
 
-        Errors by ``chance``, which are independent of each other's, the fit takes down to a share that is found out
-        once; others stay.
+        Errors by ``chance``, which are independent of each other's, the fit takes down; others stay.
         """
-        if self._left is None and np.isfinite(light.standard_error).all():
-            area, found, usual = self._counted(light.value, hidden)
-            own = chance.standard_error.sum(axis=1)
-            noise = self._noise(own, area, found, usual)
-            weights = area / (2.0 * found + USUAL * usual) ** 2
-            level = self._sums((area * found)[:, None]) / np.maximum(self._sums(area[:, None]), 1e-300)
-            errors = self._errors(self._equations(weights, noise, level[:, 0], usual), weights, chance.standard_error)
-            left = self.shown(errors).sum(axis=1)
-            self._left = np.divide(left, own, out=np.ones(len(left)), where=own > 0)
-        left = 1.0 if self._left is None else self._left[:, None]
-        with np.errstate(invalid="ignore"):
-            squared = light.standard_error**2 - chance.standard_error**2 * (1.0 - left**2)
-        return Irradiance(light.value, np.sqrt(np.where(np.isnan(squared), np.inf, np.maximum(squared, 0.0))))
+        own = chance.standard_error
+        if not np.isfinite(light.standard_error).all():
+            return light
+        size = float(own.sum())
+        if size < AGAIN * self._sized:
+            left = self.shown(self.fitted(Irradiance(light.value, own), hidden).light.standard_error).sum(axis=1)
+            whole = own.sum(axis=1)
+            self._left = np.divide(left, whole, out=np.ones(len(left)), where=whole > 0)[:, None]
+            self._sized = size
+        squared = np.maximum(light.standard_error**2 - own**2, 0.0) + (self._left * own) ** 2
+        return Irradiance(light.value, np.sqrt(squared))
 
     def _counted(self, value: np.ndarray, hidden: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
         """The area (K,) for which each place counts, the light (K,) that was found there, and what is usual."""
@@ -177,20 +180,30 @@ class VertexFit:
         share = np.divide(sums, counted, out=np.zeros(count), where=counted > 0)
         return FaceLosses(share, np.bincount(face, self._faces.areas, count) * (counted > 0))
 
-    def _errors(self, equations: _Equations, weights: np.ndarray, standard_error: np.ndarray) -> np.ndarray:
-        """Standard errors (U, 3) of values whose places have these, independent of each other."""
+    def _spread(self, equations: Matrix, weights: np.ndarray, errors: np.ndarray) -> np.ndarray:
+        """What (U, NOISES) noises of the places with these standard ``errors`` (K, 3) do to the values, RGB sums."""
         signs = np.random.default_rng(0).choice([-1.0, 1.0], (len(weights), NOISES))
-        noise = np.nan_to_num(standard_error.sum(axis=1), posinf=0.0)
-        start = np.zeros((self._faces.count, NOISES))
-        spread = self._solved(equations, self._sums((weights * noise)[:, None] * signs), start, STEPS_FOR_ERRORS)
-        whole = np.sqrt((spread**2).mean(axis=1))
-        channels = self._sums(weights[:, None] * standard_error)
-        return whole[:, None] * channels / np.maximum(channels.sum(axis=1, keepdims=True), 1e-300)
+        right = self._sums((weights * errors.sum(axis=1))[:, None] * signs)
+        return equations.solved(right, np.zeros_like(right), STEPS_FOR_ERRORS)
+
+    def _differences(self, level: np.ndarray, spread: np.ndarray, usual: float) -> np.ndarray:
+        """By what share (T,) of the light values beside each other differ in and around each triangle, beyond noise."""
+        shown = self._faces.values
+        mean = level.take(shown).mean(axis=1) + USUAL * usual
+        own, by_noise = (
+            ((np.roll(each, -1, axis=1) - each) ** 2).mean(axis=(1, 2)) / mean**2
+            for each in (level[:, None].take(shown, axis=0), spread.take(shown, axis=0))
+        )
+        beyond = own - by_noise
+        counts = np.maximum(np.bincount(shown.ravel(), minlength=self.count), 1)
+        for _ in range(RINGS):
+            beyond = (np.bincount(shown.ravel(), np.repeat(beyond, 3), self.count) / counts).take(shown).mean(axis=1)
+        return np.sqrt(np.clip(beyond, LEAST_DIFFERENCE**2, DIFFERENCE**2))
 
     def _sums(self, at_places: np.ndarray) -> np.ndarray:
         """Sums (U, d) of what is given at the places (K, d), by their weights at each value."""
-        parts = self._places.weights[:, :, None] * at_places[:, None, :]
-        return _added(self._values, parts, self._faces.count)
+        parts = ((self._places.weights * part[:, None]).ravel() for part in at_places.T)
+        return added(self._values.ravel(), parts, self.count)
 
     def _noise(self, errors: np.ndarray, area: np.ndarray, found: np.ndarray, usual: float) -> np.ndarray:
         """Relative standard error (T,) of a place on each triangle, from the places' ``errors`` (K,)."""
@@ -200,53 +213,28 @@ class VertexFit:
         everywhere = float(squares.sum() / max(whole.sum(), 1e-300))
         return np.sqrt(np.divide(squares, whole, out=np.full(count, everywhere), where=whole > 0))
 
-    def _equations(self, weights: np.ndarray, noise: np.ndarray, level: np.ndarray, usual: float) -> _Equations:
-        """The equations of values, which are about at ``level`` (U,).
+    def _equations(self, weights, smooth: np.ndarray, noise: np.ndarray, level: np.ndarray, usual: float) -> Matrix:
+        """The equations of values, which are about at ``level`` (U,), where places have those ``weights`` (K,).
 
-        Places have that relative ``noise`` (T,).
+        They have the relative ``noise`` (T,), and that over what values are likely to differ by is ``smooth`` (T,).
         """
-        places, count = self._places, len(self._faces.values)
-        outer = places.weights[:, :, None] * (places.weights * weights[:, None])[:, None, :]
-        sums = [np.bincount(places.triangle, part, count) for part in outer.reshape(-1, 9).T]
-        at = level.take(self._faces.values)
+        places, shown, beside = self._places, self._faces.values, self._faces.beside
+        at = level.take(shown)
         scale = 2.0 * at.mean(axis=1) + USUAL * usual
         differ = np.roll(at, -1, axis=1) - at
         expected = (BEYOND * noise * scale)[:, None]
         kept = np.divide(expected**2, expected**2 + differ**2, out=np.zeros_like(differ), where=expected > 0)
-        smooth = kept * ((noise / DIFFERENCE) ** 2 * self._place_area / (3.0 * scale**2))[:, None]
-        blocks = np.stack(sums, axis=1).reshape(-1, 3, 3) + np.einsum("te,ecd->tcd", smooth, _EDGES)
-        beside = level.take(self._faces.beside).sum(axis=1) + USUAL * usual
-        return _Equations(blocks, self._seams / beside**2)
-
-    def _solved(self, equations: _Equations, right: np.ndarray, start: np.ndarray, steps: int) -> np.ndarray:
-        """Solve the ``equations`` for the ``right`` side (U, d), by conjugate gradients."""
-        values, beside, count = self._faces.values, self._faces.beside, self.count
-        blocks, seams = equations.blocks, equations.seams[:, None]
-        diagonal = _added(values, np.einsum("tcc->tc", blocks)[:, :, None], count)
-        diagonal += _added(beside, np.repeat(seams, 2, axis=1)[:, :, None], count)
-        inverse = np.divide(1.0, diagonal, out=np.zeros_like(diagonal), where=diagonal > 0)
-
-        def applied(x):
-            total = _added(values, np.einsum("tcd,tdx->tcx", blocks, x.take(values, axis=0)), count)
-            if len(beside):
-                pull = seams * (x.take(beside[:, 0], axis=0) - x.take(beside[:, 1], axis=0))
-                total += _added(beside, np.stack([pull, -pull], axis=1), count)
-            return total
-
-        x = start.copy()
-        residual = right - applied(x)
-        step = inverse * residual
-        size = np.einsum("ux,ux->x", residual, step)
-        for _ in range(steps):
-            turned = applied(step)
-            along = np.einsum("ux,ux->x", step, turned)
-            share = np.divide(size, along, out=np.zeros_like(size), where=along > 0)
-            x += share * step
-            residual -= share * turned
-            better = inverse * residual
-            before, size = size, np.einsum("ux,ux->x", residual, better)
-            step = better + np.divide(size, before, out=np.zeros_like(size), where=before > 0) * step
-        return x
+        kept *= (smooth**2 * self._place_area / (3.0 * scale**2))[:, None]
+        seams = self._seams / (level.take(beside).sum(axis=1) + USUAL * usual) ** 2
+        held = np.concatenate([*kept.T, seams])
+        ends = np.concatenate([shown[:, 0], shown[:, 1], shown[:, 2], beside[:, 0]])
+        others = np.concatenate([shown[:, 1], shown[:, 2], shown[:, 0], beside[:, 1]])
+        own = np.bincount(ends, held, self.count) + np.bincount(others, held, self.count)
+        products = weights[:, None] * places.weights * np.roll(places.weights, -1, axis=1)
+        pulled = [np.bincount(places.triangle, product, len(shown)) for product in products.T]
+        squares = (weights[:, None] * places.weights**2).ravel()
+        own += np.bincount(self._values.ravel(), squares, self.count)
+        return self._neighbours.matrix(own, np.concatenate([*pulled, np.zeros(len(beside))]) - held)
 
     def _ranges(self, value: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The least and the most (U, 3) that each value may be by what was found on the triangles around it."""
@@ -273,9 +261,3 @@ def _weights(shown: np.ndarray, found: np.ndarray, usual: float) -> np.ndarray:
     lacks = np.divide(found - shown, found, out=np.zeros_like(found), where=found > 0)
     more = 1.0 + LACKING * np.clip(4.0 * lacks - 1.0, 0.0, 1.0)
     return more * LINEAR / (np.maximum(off, LINEAR) * scale**2)
-
-
-def _added(rows: np.ndarray, parts: np.ndarray, count: int) -> np.ndarray:
-    """Sums (count, d) of ``parts`` (..., d) by their ``rows`` (...)."""
-    flat = rows.ravel()
-    return np.stack([np.bincount(flat, part.ravel(), count) for part in np.moveaxis(parts, -1, 0)], axis=1)

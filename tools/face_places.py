@@ -60,7 +60,7 @@ def cycles_places(scene: Path, file: Path, count: int, samples: int) -> Places:
             if str(arrays["key"]) != key:
                 raise SystemExit(f"'{file}' belongs to another scene: name another file.")
             return Places(*(arrays[name] for name in Places.__dataclass_fields__))
-    places, normals = _drawn(count)
+    places, normals = drawn_places(count)
     # Cycles computes in single precision, so what is far away comes nearer.
     points = Faces(places.positions, normals, np.ones(len(normals), int))
     near, radius = centred(bpy.context.scene, {"": points})
@@ -122,7 +122,7 @@ def seen(caster: RayCaster, positions: np.ndarray, facing: np.ndarray) -> np.nda
     return free >= FREE_SHARE * RAYS
 
 
-def _drawn(count: int) -> tuple[Places, np.ndarray]:
+def drawn_places(count: int) -> tuple[Places, np.ndarray]:
     """Of ``count`` places in proportion to area those that can be seen, without light; and the normals of shading."""
     caster, names, unit = _geometry()
     surfaces = [*shown_faces(names).values()]

@@ -33,6 +33,7 @@ import bpy
 import numpy as np
 from detp.core.estimator.enclosure import unlit
 from detp.core.study.report import markdown_table
+from detp.detp_addon.blender_output import blender_silenced
 from detp.detp_addon.files import open_blend
 from face_places import Places, cycles_places, given_places
 from shown_faces import shown_faces
@@ -43,16 +44,19 @@ COLUMNS = ("bake", "< half", "< a tenth", "> twice", "seen", "median", "95 %", "
 def main() -> int:
     arguments = parse(sys.argv[1:])
     scene = Path(arguments.scene)
-    open_blend(scene)
-    if arguments.faces:
-        places = given_places(arguments.faces)
-    else:
-        places = cycles_places(scene, Path(arguments.reference), arguments.places, arguments.samples)
-    seen = len(places.area)
-    places = places.taken(~unlit(places.light.mean(axis=0)))
-    lit = len(places.area)
-    bakes = {name: colours_shown(name, places) for name in arguments.baked}
-    coloured = np.all([np.isfinite(shown).all(axis=1) for shown in bakes.values()], axis=0)
+    with blender_silenced():
+        open_blend(scene)
+        if arguments.faces:
+            places = given_places(arguments.faces)
+        else:
+            places = cycles_places(scene, Path(arguments.reference), arguments.places, arguments.samples)
+        seen = len(places.area)
+        places = places.taken(~unlit(places.light.mean(axis=0)))
+        lit = len(places.area)
+        bakes = {name: colours_shown(name, places) for name in arguments.baked}
+    coloured = np.full(lit, True)
+    for shown in bakes.values():
+        coloured &= np.isfinite(shown).all(axis=1)
     missing = np.unique(places.object[~coloured[places.group]])
     places, bakes = places.taken(coloured), {name: shown[coloured] for name, shown in bakes.items()}
     light, area = places.light.sum(axis=2), places.area
@@ -71,7 +75,7 @@ def main() -> int:
 def parse(arguments: list[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scene")
-    parser.add_argument("baked", nargs="+")
+    parser.add_argument("baked", nargs="*", help="without any, the reference is made and its noise told")
     source = parser.add_mutually_exclusive_group(required=True)
     source.add_argument("--reference", help="keeps Cycles' light; made if need be")
     source.add_argument("--faces", help="light near the middles of faces, made by others")

@@ -16,7 +16,7 @@ from detp.detp_addon.units import metres_per_unit
 from shown_faces import shown_faces
 
 #: A place can be seen when at least this share of so many rays by the cosine is free over ROOM scene radii.
-RAYS, FREE_SHARE, ROOM = 64, 1 / 16, 0.01
+RAYS, FREE_SHARE, ROOM = 64, 1 / 16, 0.05
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 from cycles_places import clearance, light_at
+from detp.core.estimator.enclosure import Enclosure
 from detp.core.rays import RayCaster
 from detp.core.sampling import cosine_hemisphere, triangle
 from detp.core.triangles import normals_and_areas
@@ -15,7 +16,8 @@ from detp.detp_addon.reading.read_scene import read_scene
 from detp.detp_addon.units import metres_per_unit
 from shown_faces import shown_faces
 
-#: A place can be seen when at least this share of so many rays by the cosine is free over ROOM scene radii.
+#: A place can be seen when at least this share of so many rays by the cosine is free over ROOM scene radii, and it does
+#: not look at the insides of closed geometry.
 RAYS, FREE_SHARE, ROOM = 64, 1 / 16, 0.05
 
 
@@ -119,7 +121,7 @@ def seen(caster: RayCaster, positions: np.ndarray, facing: np.ndarray) -> np.nda
     for _ in range(RAYS):
         directions = cosine_hemisphere(facing, generator.random((len(positions), 2)))
         free += ~caster.occluded(origins, directions, reach)
-    return free >= FREE_SHARE * RAYS
+    return (free >= FREE_SHARE * RAYS) & ~Enclosure(caster).enclosed(origins, facing)
 
 
 def drawn_places(count: int) -> tuple[Places, np.ndarray]:

@@ -7,7 +7,8 @@
 Places are drawn evenly over the area of all faces that a bake colours, as a render shows the scene, and kept where
 
 - somebody could see them: from just off the face at least a sixteenth of the rays by the cosine is free over 5 % of the
-  scene's radius, so that what is buried or lies against something else does not count;
+  scene's radius, and they do not look at the insides of closed geometry (core/estimator/enclosure.py), so that what is
+  buried or lies against something else does not count;
 - they are lit: Cycles finds more than a thousandth of the median light there.
 
 FILE.npz keeps Cycles' light at these places (E/pi: DIFFUSE without colour, two seeds), and is made if need be. With

@@ -1,9 +1,12 @@
 """The tools that measure what faces show: light at given places, colours between vertices, and the figures."""
 
+from argparse import Namespace
+
 import bpy
 import numpy as np
 import pytest
 from cycles_places import clearance, light_at
+from cycles_reference import at_standpoints
 from face_places import drawn_places, given_places
 from measure_faces import figures
 from shown_faces import shown_faces
@@ -27,6 +30,21 @@ def test_cycles_light_at_any_place_is_that_of_a_point_light():
         found = light_at(starts, normals, 3, up)
         # E = I cos / r^2 with I = W / 4 pi (Blender's point light), and E / pi is baked.
         assert found[:, :, 0] == pytest.approx(np.tile(100 / (4 * np.pi**2) * cosine / distance**2, (2, 1)), abs=1e-4)
+
+
+def test_a_reference_at_standpoints_belongs_to_the_corners():
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    floor = grid("Floor", (100, 0, 0), size=2)  # so far away that it is moved to the origin before
+    lamp((100, 0, 2), 100.0)
+    bpy.data.lights["Lamp"].shadow_soft_size = 0.0
+    bpy.context.view_layer.update()
+    bpy.context.scene.unit_settings.scale_length = 0.01
+    found = at_standpoints(["Floor"], Namespace(standpoints=10, samples=3, output="none"))["Floor|1"][:, 0]
+    corners = np.array([floor.data.vertices[loop.vertex_index].co for loop in floor.data.loops])
+    there = np.isfinite(found)
+    assert len(np.unique(corners[there], axis=0)) == 10
+    squared = (corners[there] ** 2).sum(axis=1) + 4
+    assert found[there] == pytest.approx(100 / (4 * np.pi**2) * 2 / squared**1.5, rel=1e-3)
 
 
 @pytest.mark.parametrize("domain", ["POINT", "CORNER"])

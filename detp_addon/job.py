@@ -178,9 +178,9 @@ def bake_scene(
 
 def _writable(targets: tuple[BakeTarget, ...], request: BakeRequest) -> tuple[list[BakeTarget], list[str]]:
     """The targets that can be written, and sentences on those that cannot; raises their error when none can."""
-    writable, refusals = [], {}
+    writable, refusals, objects = [], {}, _objects()
     for target in targets:
-        refusal = _obstacle(_object(target), request)
+        refusal = _obstacle(objects[target.object_name, target.library], request)
         if refusal is not None:
             refusals.setdefault(type(refusal), []).append(str(refusal))
         else:
@@ -256,10 +256,10 @@ def _colours(
     targets: list[BakeTarget], result: BakeResult, request: BakeRequest
 ) -> tuple[list[MeshColours], list[str]]:
     """The colours of each target's elements, and a warning for each target that changed during the bake."""
-    colours, gone = [], []
+    colours, gone, objects = [], [], _objects()
     parts = (result.irradiance, result.direct.value, result.indirect.value)
     for target in targets:
-        obj = _object(target)
+        obj = objects.get((target.object_name, target.library))
         if obj is None or obj.type != "MESH" or element_count(obj.data, request.domain) != len(target.albedo):
             gone.append(f"'{target.object_name}' was changed during the bake, so its colours were not written.")
             continue
@@ -280,9 +280,12 @@ def _colours(
     return colours, gone
 
 
-def _object(target: BakeTarget) -> bpy.types.Object | None:
-    """The target's object, looked up by name each time: references do not survive an undo during the bake."""
-    return bpy.data.objects.get((target.object_name, target.library))
+def _objects() -> dict[tuple[str, str | None], bpy.types.Object]:
+    """All objects by name and library, asked for each time: references do not survive an undo during the bake.
+
+    Blender itself would look through all of them for each name.
+    """
+    return {(obj.name, obj.library.filepath if obj.library else None): obj for obj in bpy.data.objects}
 
 
 def _doubts(result: BakeResult, settings: BakeSettings, stopped: bool, vertices: np.ndarray) -> list[str]:

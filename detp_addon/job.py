@@ -186,9 +186,9 @@ def bake_scene(
 
 def _writable(targets: tuple[BakeTarget, ...], request: BakeRequest) -> tuple[list[BakeTarget], list[str]]:
     """The targets that can be written, and sentences on those that cannot; raises their error when none can."""
-    writable, refusals = [], {}
+    writable, refusals, objects = [], {}, _objects()
     for target in targets:
-        refusal = _obstacle(_object(target), request)
+        refusal = _obstacle(objects[target.object_name, target.library], request)
         if refusal is not None:
             refusals.setdefault(type(refusal), []).append(str(refusal))
         else:
@@ -278,14 +278,16 @@ def _lossy_faces(
     if points.fit is None:
         return LossyFaces()
     owner, face = export.shown.owners[points.triangles], export.shown.corners[points.triangles]
+    objects = _objects()
     for number in np.unique(owner):
-        mine, obj = owner == number, _object(export.targets[number])
-        if obj is not None and len(obj.data.loops) == len(export.targets[number].point_rows):
+        mine, target = owner == number, export.targets[number]
+        obj = objects.get((target.object_name, target.library))
+        if obj is not None and len(obj.data.loops) == len(target.point_rows):
             face[mine] = faces_of(obj.data, domain).corner_face[face[mine]]
     pairs, number = np.unique(np.stack([owner, face], axis=1), axis=0, return_inverse=True)
     losses = points.fit.losses(values.irradiance, result.light, values.hidden, number.ravel())
-    objects = [(target.object_name, target.library) for target in export.targets]
-    return LossyFaces.of(objects, pairs[:, 0], pairs[:, 1], losses.share, losses.area)
+    names = [(target.object_name, target.library) for target in export.targets]
+    return LossyFaces.of(names, pairs[:, 0], pairs[:, 1], losses.share, losses.area)
 
 
 def _bake_steps(
@@ -322,10 +324,10 @@ def _known_rows(target: BakeTarget, known: np.ndarray) -> np.ndarray:
 
 def _colours(targets: list[BakeTarget], light: _Values, request: BakeRequest) -> tuple[list[MeshColours], list[str]]:
     """The colours of each target's elements, and a warning for each target that changed during the bake."""
-    colours, gone = [], []
+    colours, gone, objects = [], [], _objects()
     parts = light.irradiance, light.direct, light.indirect
     for target in targets:
-        obj = _object(target)
+        obj = objects.get((target.object_name, target.library))
         if obj is None or obj.type != "MESH" or element_count(obj.data, request.domain) != len(target.albedo):
             gone.append(f"'{target.object_name}' was changed during the bake, so its colours were not written.")
             continue
@@ -346,9 +348,12 @@ def _colours(targets: list[BakeTarget], light: _Values, request: BakeRequest) ->
     return colours, gone
 
 
-def _object(target: BakeTarget) -> bpy.types.Object | None:
-    """The target's object, looked up by name each time: references do not survive an undo during the bake."""
-    return bpy.data.objects.get((target.object_name, target.library))
+def _objects() -> dict[tuple[str, str | None], bpy.types.Object]:
+    """All objects by name and library, asked for each time: references do not survive an undo during the bake.
+
+    Blender itself would look through all of them for each name.
+    """
+    return {(obj.name, obj.library.filepath if obj.library else None): obj for obj in bpy.data.objects}
 
 
 def _doubts(result: BakeResult, settings: BakeSettings, stopped: bool, vertices: np.ndarray) -> list[str]:

@@ -11,6 +11,8 @@ import numpy as np
 from ..core.errors import AttributeNameTakenError, DetpError, EditModeError, InvalidSettingError, UnwritableFileError
 from .baked_layers import colour_layers, leave_mark, put_mark
 from .element_values import Faces
+from .reading.read_attributes import face_sizes
+from .reading.read_meshes import corner_vertex_indices, vertex_positions
 
 #: the brightest colour that an attribute holds
 _LARGEST = float(np.finfo(np.float32).max)
@@ -69,14 +71,10 @@ def element_count(mesh: bpy.types.Mesh, domain: str) -> int:
 
 def faces_of(mesh: bpy.types.Mesh, domain: str) -> Faces:
     """The faces of a mesh outside Edit Mode, whose corners or vertices have the colours of the domain."""
-    sizes = np.empty(len(mesh.polygons), np.int32)
-    mesh.polygons.foreach_get("loop_total", sizes)
-    vertices = np.empty(len(mesh.loops), np.int32)
-    mesh.loops.foreach_get("vertex_index", vertices)
-    positions = np.empty(3 * len(mesh.vertices), np.float32)
-    mesh.vertices.foreach_get("co", positions)
-    places = np.nan_to_num(positions.astype(float), posinf=0.0, neginf=0.0).reshape(-1, 3)
-    return Faces(np.repeat(np.arange(len(sizes)), sizes), vertices, places, domain == "POINT")
+    positions = vertex_positions(mesh)
+    places = np.where(np.isfinite(positions), positions, 0.0)
+    sizes = face_sizes(mesh)
+    return Faces(np.repeat(np.arange(len(sizes)), sizes), corner_vertex_indices(mesh), places, domain == "POINT")
 
 
 def write_colours(colours: list[MeshColours], domain: str, shown: str | None = None) -> list[str]:
@@ -144,11 +142,13 @@ def _separate_meshes(objects: list[bpy.types.Object], undo: ExitStack) -> list[s
             kept.add(mesh)
             continue
         copy = mesh.copy()
-        copy.name = f"{mesh.name}.{obj.name}"
         undo.callback(_put_back, obj, mesh, copy)
         obj.data = copy
-        copied.append(obj.name)
-    return copied
+        copied.append((f"{mesh.name}.{obj.name}", obj))
+    # Blender keeps meshes in the order of their names, and looks for the place of each from the end on.
+    for name, obj in sorted(copied, key=lambda pair: pair[0].lower()):
+        obj.data.name = name
+    return [obj.name for _, obj in copied]
 
 
 def _put_back(obj: bpy.types.Object, mesh: bpy.types.Mesh, copy: bpy.types.Mesh) -> None:

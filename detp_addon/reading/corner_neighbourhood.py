@@ -10,6 +10,7 @@ from ...core.bounds import Bounds
 from ...core.rays import RELATIVE_TOLERANCE, RayCaster
 from ...core.triangles import normals_and_areas
 from .estimation_points import CornerPoints
+from .joined_rows import numbered, starts_of
 from .read_meshes import MeshSurface
 from .triangle_geometry import cross, dots, safe_unit
 
@@ -58,16 +59,21 @@ class Corners:
     @staticmethod
     def joined(points: list[CornerPoints], surfaces: list[MeshSurface]) -> Corners:
         """All corners of objects that have these ``points`` on these ``surfaces``."""
-        none, starts = np.zeros(0, np.int64), np.zeros(3, np.int64)
-        columns = [(none, none, np.zeros((0, 3)), np.zeros((0, 3)), none, np.zeros((0, 3, 3)))]
-        for part, surface in zip(points, surfaces, strict=True):
-            rows = np.where(part.rows >= 0, part.rows + starts[0], -1)
+        none = CornerPoints(
+            *np.zeros((2, 0), np.int64), *np.zeros((2, 0, 3)), *np.zeros((2, 0), np.int64), np.eye(4), False
+        )
+        points = points or [none]
+        triangles = [np.zeros((0, 3, 3))]
+        for part, surface in zip(points, surfaces, strict=False):
             placed = surface.vertices @ part.matrix[:3, :3].T + part.matrix[:3, 3]
-            triangles = placed[surface.triangles[part.triangles]]
-            vertices, pairs = part.vertices + starts[1], part.corners + starts[2]
-            columns.append((rows, vertices, part.centres, part.normals, pairs, triangles))
-            starts += (len(part.centres), part.vertices.max(initial=-1) + 1, len(part.rows))
-        rows, vertices, centres, normals, pairs, triangles = map(np.concatenate, zip(*columns, strict=True))
+            triangles.append(placed[surface.triangles[part.triangles]])
+        rows = numbered([part.rows for part in points], starts_of([len(part.centres) for part in points]))
+        rows[np.concatenate([part.rows for part in points]) < 0] = -1
+        counts = [part.vertices.max(initial=-1) + 1 for part in points]
+        vertices = numbered([part.vertices for part in points], starts_of(counts))
+        pairs = numbered([part.corners for part in points], starts_of([len(part.rows) for part in points]))
+        centres, normals = (np.concatenate([getattr(part, name) for part in points]) for name in ("centres", "normals"))
+        triangles = np.concatenate(triangles)
         known = np.flatnonzero(rows[pairs] >= 0)
         pairs, triangles = pairs[known], triangles[known]
         bisectors, angles = _bisectors(triangles, centres[rows[pairs]])

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import bpy
 import numpy as np
 
+from .joined_rows import batches, numbered, starts_of
 from .nearest_surface import nearest_places
 from .read_meshes import MeshSurface, corner_triangles, corner_vertex_indices, stored_normals, vertex_positions
 from .surface_normals import corner_normals, face_directions
-from .triangle_geometry import cross, dots, normal_matrix, safe_unit
+from .triangle_geometry import cross, dots, normal_matrices, safe_unit
 
 #: steps into which a normal's components are cut when corners with equal normals are put together
 _STEPS = 1 << 19
@@ -51,43 +53,101 @@ class CornerPoints:
     nearest: bool
 
 
-def place_points(obj, evaluated, surface: MeshSurface, matrix: np.ndarray) -> CornerPoints:
-    """Points for the face corners of the original mesh of ``obj``.
+@dataclass(frozen=True)
+class PlacedMesh:
+    """An object, its mesh ``evaluated`` after modifiers, the row of its surface, and what takes that to the world."""
 
-    ``evaluated`` is its mesh after modifiers, read into ``surface``, and ``matrix`` (4, 4) takes it to the world.
+    object: bpy.types.Object
+    evaluated: bpy.types.Mesh
+    surface: int
+    matrix: np.ndarray
+
+
+def place_points(objects: list[PlacedMesh], surfaces: list[MeshSurface]) -> list[CornerPoints]:
+    """Points for the face corners of the original mesh of each of ``objects``, whose evaluated ones are ``surfaces``.
+
     A corner of a mesh whose corners modifiers kept is where they put it; otherwise it is the nearest place of the
     surface. Corners without a direction (faces without area) have no point.
     """
-    original = obj.data
-    vertices = corner_vertex_indices(original)
-    same = _same_corners(original, evaluated)
-    if same:
-        positions = surface.vertices[vertices]
-        normals, valid = corner_normals(evaluated, surface)
-        corners = surface.corners.ravel()
-        triangles = np.repeat(np.arange(len(surface.triangles)), 3)
-        faces = surface.corners[surface.kept]
-    else:
-        positions, normals, triangles = _on_changed_surface(obj, evaluated, surface, vertices)
-        valid = triangles >= 0
-        corners, triangles = np.flatnonzero(valid), triangles[valid]
-        faces = corner_triangles(original)
-    centres = positions @ matrix[:3, :3].T + matrix[:3, 3]
-    normals, directed = safe_unit(normals @ normal_matrix(matrix).T)
-    valid = valid & directed & np.isfinite(centres).all(axis=1)
-    rows, first = _shared(vertices, normals, valid)
-    return CornerPoints(vertices, rows, centres[first], normals[first], corners, triangles, faces, matrix, not same)
+    found = []
+    for some in batches([len(placed.object.data.loops) for placed in objects]):
+        found += _placed(objects[some], surfaces)
+    return found
 
 
-def _same_corners(original, evaluated) -> bool:
-    """Whether the two meshes have the same faces made of the same vertices."""
-    counts = [(len(mesh.vertices), len(mesh.loops), len(mesh.polygons)) for mesh in (original, evaluated)]
-    return counts[0] == counts[1] and np.array_equal(*map(corner_vertex_indices, (original, evaluated)))
+def _placed(objects: list[PlacedMesh], surfaces: list[MeshSurface]) -> list[CornerPoints]:
+    """The same of a few objects, all at once."""
+    own = _own_corners(objects, surfaces)
+    facing = _facing([placed for placed, (_, same) in zip(objects, own, strict=True) if same], surfaces)
+    turns = normal_matrices(np.stack([placed.matrix for placed in objects]))
+    centres, normals, valid, shown = [], [], [], []
+    for placed, (vertices, same), turn in zip(objects, own, turns, strict=True):
+        if same:
+            positions = surfaces[placed.surface].vertices[vertices]
+            directions, known, corners, triangles = facing[placed.surface]
+            faces = surfaces[placed.surface].corners[surfaces[placed.surface].kept]
+        else:
+            positions, directions, triangles = _on_changed_surface(placed, surfaces[placed.surface], vertices)
+            known = triangles >= 0
+            corners, triangles = np.flatnonzero(known), triangles[known]
+            faces = corner_triangles(placed.object.data)
+        centres.append(positions @ placed.matrix[:3, :3].T + placed.matrix[:3, 3])
+        normals.append(directions @ turn.T)
+        valid.append(known)
+        shown.append((corners, triangles, faces, placed.matrix, not same))
+    centres, (normals, directed) = np.concatenate(centres), safe_unit(np.concatenate(normals))
+    valid = np.concatenate(valid) & directed & np.isfinite(centres).all(axis=1)
+    firsts = starts_of([len(placed.object.data.vertices) for placed in objects])
+    rows, first = _shared(numbered([vertices for vertices, _ in own], firsts), normals, valid)
+    # Points are sorted by vertex, and so by object.
+    corners = starts_of([len(vertices) for vertices, _ in own])
+    owners = np.searchsorted(corners, first, side="right") - 1
+    points = np.searchsorted(owners, np.arange(len(objects) + 1))
+    centres, normals = centres[first], normals[first]
+    result = []
+    for number, ((vertices, _), parts) in enumerate(zip(own, shown, strict=True)):
+        mine, here = rows[corners[number] : corners[number + 1]], slice(points[number], points[number + 1])
+        mine = np.where(mine >= 0, mine - here.start, -1)
+        result.append(CornerPoints(vertices, mine, centres[here], normals[here], *parts))
+    return result
 
 
-def _on_changed_surface(obj, evaluated, surface: MeshSurface, vertex_of: np.ndarray):
+def _own_corners(objects: list[PlacedMesh], surfaces: list[MeshSurface]) -> list[tuple[np.ndarray, bool]]:
+    """The vertices (C,) of the face corners of each original mesh, and whether modifiers kept these."""
+    known = {}
+    for placed in objects:
+        key = placed.object.data, placed.surface
+        if key not in known:
+            original, surface = placed.object.data, surfaces[placed.surface]
+            vertices = corner_vertex_indices(original)
+            known[key] = vertices, _same_corners(original, vertices, placed.evaluated, surface)
+    return [known[placed.object.data, placed.surface] for placed in objects]
+
+
+def _facing(objects: list[PlacedMesh], surfaces: list[MeshSurface]) -> dict[int, tuple[np.ndarray, ...]]:
+    """For each surface of the ``objects``, by its row: the normals (C, 3) of its face corners in its own space, which
+    of them are valid (C,), and which corners (P,) show which triangles (P,).
+    """
+    meshes = {placed.surface: placed.evaluated for placed in objects}
+    if not meshes:
+        return {}
+    shown = [surfaces[row] for row in meshes]
+    ends = starts_of([len(surface.at_corners) for surface in shown])[1:-1]
+    normals, valid = (np.split(whole, ends) for whole in corner_normals(list(meshes.values()), shown))
+    triangles = [np.repeat(np.arange(len(surface.triangles)), 3) for surface in shown]
+    corners = [surface.corners.ravel() for surface in shown]
+    return dict(zip(meshes, zip(normals, valid, corners, triangles, strict=True), strict=True))
+
+
+def _same_corners(original, vertices: np.ndarray, evaluated, surface: MeshSurface) -> bool:
+    """Whether both meshes, whose corners have these ``vertices`` and those of the surface, have the same faces."""
+    counts = [(len(mesh.vertices), len(mesh.polygons)) for mesh in (original, evaluated)]
+    return counts[0] == counts[1] and np.array_equal(vertices, surface.at_corners)
+
+
+def _on_changed_surface(placed: PlacedMesh, surface: MeshSurface, vertex_of: np.ndarray):
     """Positions, normals and triangles (-1 for none) of the corners on a surface that has other faces."""
-    original = obj.data
+    obj, original = placed.object, placed.object.data
     kinds = {modifier.type for modifier in obj.modifiers if modifier.show_render}
     kept = kinds <= _KEEPS_VERTICES | _MOVES_VERTICES and len(surface.vertices) >= len(original.vertices)
     before = surface.vertices[: len(original.vertices)] if kept else vertex_positions(original)
@@ -101,7 +161,7 @@ def _on_changed_surface(obj, evaluated, surface: MeshSurface, vertex_of: np.ndar
     triangles, places = nearest_places(surface, before[vertex_of[first]], wanted[first])
     found = triangles >= 0
     normals = np.zeros_like(places)
-    normals[found] = _interpolated_normals(evaluated, surface, triangles[found], places[found])
+    normals[found] = _interpolated_normals(placed.evaluated, surface, triangles[found], places[found])
     return places[rows], normals[rows], triangles[rows]
 
 

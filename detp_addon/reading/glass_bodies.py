@@ -25,11 +25,8 @@ _FAINT = 0.01
 _STEPS = 256
 
 
-def settled(response: Response, vertices: np.ndarray, triangles: np.ndarray) -> Response:
-    """The ``response`` (T rows) of a mesh, with straight passage for all glass that is not a body.
-
-    What is faintly specular counts as diffuse and clear. ``vertices`` (V, 3) and ``triangles`` (T, 3) are the mesh's.
-    """
+def without_faint(response: Response) -> Response:
+    """The ``response`` (T rows) in which what is faintly specular counts as diffuse and clear."""
     specular = np.maximum(np.maximum(response.mirror, response.gloss), response.clear).max(axis=1)
     if not specular.any():
         return response
@@ -39,13 +36,18 @@ def settled(response: Response, vertices: np.ndarray, triangles: np.ndarray) -> 
         emission=response.emission,
         transmittance=response.transmittance + response.clear,
     )
-    response = _chosen(specular < _FAINT, plain, response)
-    glass = (response.gloss + response.clear).any(axis=1)
-    if not glass.any():
-        return response
+    return _chosen(specular < _FAINT, plain, response)
+
+
+def settled_glass(response: Response, vertices: np.ndarray, triangles: np.ndarray) -> Response:
+    """The ``response`` (T rows) of a mesh, with straight passage for all glass that is not a body.
+
+    ``vertices`` (V, 3) and ``triangles`` (T, 3) are the mesh's.
+    """
     body, pane = _bodies_and_panes(vertices, triangles)
     refracts = body & (np.abs(response.ior[:, 0] - 1.0) > _LEAST_BEND)
-    return _chosen(glass & ~refracts, straightened(response, sheet=~pane[:, None] & ~body[:, None]), response)
+    straight = straightened(response, sheet=~pane[:, None] & ~body[:, None])
+    return _chosen((response.gloss + response.clear).any(axis=1) & ~refracts, straight, response)
 
 
 def straightened(response: Response, sheet) -> Response:

@@ -96,7 +96,9 @@ def _positions(mesh, space: str) -> np.ndarray:
 
 
 def _padded(values: np.ndarray, width: int) -> np.ndarray:
-    return np.pad(values[:, :width].astype(np.float32), ((0, 0), (0, max(width - values.shape[1], 0))))
+    padded = np.zeros((len(values), width), np.float32)
+    padded[:, : values.shape[1]] = values[:, :width]
+    return padded
 
 
 def _as_rgba(values: np.ndarray) -> np.ndarray:

@@ -4,19 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import bpy
 import numpy as np
 
 from ...core.lights.light import Light
-from ..baked_layers import NO_LAYERS, baked_names, colour_layers
+from ..baked_layers import NO_LAYERS, ColourLayers, baked_names, colour_layers
 from ..modifiers import repeats
 from ..units import metres_per_unit
-from .estimation_points import CornerPoints, place_points
+from .estimation_points import CornerPoints, PlacedMesh, place_points
 from .findings import Findings
+from .joined_rows import any_of, starts_of
+from .placed_triangles import Placement
 from .read_lights import read_light
 from .read_materials import Materials
-from .read_meshes import MeshSurface, read_mesh, rendered_mesh, respond
+from .read_meshes import MeshSurface, read_mesh, rendered_mesh, respond, with_area
 from .read_world import world_colour
 from .render_settings import note_object, note_scene
 from .response import Response
@@ -32,14 +35,6 @@ _NO_MESH = {
 
 
 @dataclass(frozen=True)
-class Placement:
-    """A mesh as it stands in the world: the row of its surface and the matrix (4, 4) that takes it there, in metres."""
-
-    surface: int
-    matrix: np.ndarray
-
-
-@dataclass(frozen=True)
 class TargetPoints:
     """The estimation points of one mesh object, whose evaluated mesh is the surface of that row."""
 
@@ -51,11 +46,12 @@ class TargetPoints:
     points: CornerPoints
 
 
-@dataclass(frozen=True)
+@dataclass
 class RenderedObjects:
     """What a render shows.
 
-    surfaces    each evaluated mesh once; responses: what its triangles do to light
+    surfaces    each evaluated mesh once; response: what the triangles of all, one mesh after the other, do to light
+    shines      (of each surface) whether it gives light
     placements  where they stand
     targets     the objects to bake; editing: the names of those that would be, were they not open in Edit Mode
     lights      lamps
@@ -63,7 +59,8 @@ class RenderedObjects:
     """
 
     surfaces: list[MeshSurface] = field(default_factory=list)
-    responses: list[Response] = field(default_factory=list)
+    response: Response = field(default_factory=lambda: Response.none(0))
+    shines: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
     placements: list[Placement] = field(default_factory=list)
     targets: list[TargetPoints] = field(default_factory=list)
     editing: list[str] = field(default_factory=list)
@@ -85,6 +82,7 @@ def read_instances(depsgraph, wanted: set | None, findings: Findings, written: S
     materials = Materials(findings)
     lit, metres = baked_names(), metres_per_unit(depsgraph.scene)
     rows: dict[tuple, int] = {}
+    targets: list[PlacedMesh] = []
     placed: dict[bpy.types.Object, int | None] = {}
     for instance in depsgraph.object_instances:
         obj = instance.object
@@ -95,7 +93,7 @@ def read_instances(depsgraph, wanted: set | None, findings: Findings, written: S
         if not _seen(instance, findings):
             continue
         placed[obj.original] = None
-        matrix = np.array(instance.matrix_world, np.float64)
+        matrix = np.array([tuple(row) for row in instance.matrix_world])
         matrix[:3] *= metres
         if obj.type == "LIGHT":
             _add_light(read.lights, obj, matrix, metres, findings)
@@ -104,18 +102,26 @@ def read_instances(depsgraph, wanted: set | None, findings: Findings, written: S
         key = (obj.data.as_pointer(), *(slot.as_pointer() if slot else 0 for slot in slots))
         if key not in rows:
             rows[key] = len(read.surfaces)
-            layers = colour_layers(obj.original.data, written, lit) if obj.original.type == "MESH" else NO_LAYERS
+            layers = partial(_layers, obj.original, written, lit)
             with rendered_mesh(obj) as mesh:
                 read.surfaces.append(read_mesh(mesh, slots, materials, layers, findings, obj.name))
         placed[obj.original] = rows[key]
-        _add_mesh(read, instance, rows[key], matrix, wanted, findings)
-    read.responses.extend(respond(read.surfaces, materials))
-    shines = [bool(response.emission.any()) for response in read.responses]
-    mirrors = any(array.any() for response in read.responses for array in (response.mirror, response.clear))
+        if _add_mesh(read, instance, rows[key], matrix, wanted, findings):
+            targets.append(PlacedMesh(obj.original, obj.data, rows[key], matrix))
+    read.surfaces = with_area(read.surfaces)
+    _add_targets(read, targets, findings)
+    read.response = respond(read.surfaces, materials)
+    shining = read.response.emission.any(axis=1)
+    read.shines = any_of(shining, starts_of([len(surface.triangles) for surface in read.surfaces]))
+    mirrors = bool(read.response.mirror.any() or read.response.clear.any())
     for obj, row in placed.items():
-        note_object(obj, row is not None and shines[row], mirrors, findings)
+        note_object(obj, row is not None and bool(read.shines[row]), mirrors, findings)
     note_scene(depsgraph.scene, layer, world, mirrors, findings)
     return read
+
+
+def _layers(original, written: Sequence[str], lit: frozenset[str]) -> ColourLayers:
+    return colour_layers(original.data, written, lit) if original.type == "MESH" else NO_LAYERS
 
 
 def _seen(instance, findings: Findings) -> bool:
@@ -150,13 +156,13 @@ def _add_light(lights: list[Light], obj, matrix: np.ndarray, metres: float, find
         lights.append(light)
 
 
-def _add_mesh(read: RenderedObjects, instance, row: int, matrix: np.ndarray, wanted, findings) -> None:
+def _add_mesh(read: RenderedObjects, instance, row: int, matrix: np.ndarray, wanted, findings) -> bool:
+    """Add a placement of the surface of that ``row``; returns whether the object is to be baked."""
     obj = instance.object
     original = obj.original
-    surface = read.surfaces[row]
     if not np.isfinite(matrix).all():
         findings.warn("objects whose place is not a number are left out: {}", "object", obj.name)
-        return
+        return False
     read.placements.append(Placement(row, matrix))
     if instance.is_instance:
         # Curves and texts come as instances of themselves.
@@ -165,26 +171,31 @@ def _add_mesh(read: RenderedObjects, instance, row: int, matrix: np.ndarray, wan
             findings.left_out("light of their own on instances of {}", "object", original.name)
         elif original.type != "MESH":
             findings.left_out("colours on {} that are not meshes but block and reflect light", "object", original.name)
-        return
+        return False
     if any(system.settings.type == "HAIR" and system.settings.render_type == "PATH" for system in obj.particle_systems):
         findings.left_out("hair of {}", "object", obj.name)
-    if wanted is not None and original not in wanted:
-        return
-    if original.type != "MESH" or original.data.is_editmode:
-        if original.type == "MESH":
-            read.editing.append(original.name)
-            findings.warn("{} open in Edit Mode cannot be baked", "object", obj.name)
-        return
-    points = place_points(original, obj.data, surface, matrix)
-    if len(points.centres) == 0:
-        findings.warn("there is no light to bake on {}, of which a render shows no face", "object", obj.name)
-        return
-    for sentence in repeats(original) if points.nearest else ():
-        remedy = "apply modifiers (on the command line --apply-modifiers) for light of its own"
-        findings.warn(f"{sentence}, on {{}}: {remedy}", "object", obj.name)
-    if points.nearest:
-        findings.warn("light is taken from the nearest point of the surface after modifiers for {}", "object", obj.name)
-    library = original.library.filepath if original.library else None
-    read.targets.append(
-        TargetPoints(original.name, library, original.data.name, len(original.data.vertices), row, points)
-    )
+    if original.type != "MESH" or (wanted is not None and original not in wanted):
+        return False
+    if original.data.is_editmode:
+        read.editing.append(original.name)
+        findings.warn("{} open in Edit Mode cannot be baked", "object", obj.name)
+        return False
+    return True
+
+
+def _add_targets(read: RenderedObjects, targets: list[PlacedMesh], findings: Findings) -> None:
+    """Add the objects to bake, with the points of those that a render shows any face of."""
+    for target, points in zip(targets, place_points(targets, read.surfaces), strict=True):
+        original = target.object
+        if len(points.centres) == 0:
+            findings.warn("there is no light to bake on {}, of which a render shows no face", "object", original.name)
+            continue
+        for sentence in repeats(original) if points.nearest else ():
+            remedy = "apply modifiers (on the command line --apply-modifiers) for light of its own"
+            findings.warn(f"{sentence}, on {{}}: {remedy}", "object", original.name)
+        if points.nearest:
+            findings.warn(
+                "light is taken from the nearest point of the surface after modifiers for {}", "object", original.name
+            )
+        library, mesh = original.library.filepath if original.library else None, original.data
+        read.targets.append(TargetPoints(original.name, library, mesh.name, len(mesh.vertices), target.surface, points))

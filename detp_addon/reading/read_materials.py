@@ -54,6 +54,7 @@ class Materials:
     def __init__(self, findings: Findings):
         self._findings = findings
         self._images = Images(findings)
+        self._noted: set[int] = set()
         self._recipes: dict[int, Recipe] = {0: Recipe("", fixed=Response.of(albedo=DEFAULT_ALBEDO))}
 
     def recipe(self, material) -> Recipe:
@@ -65,6 +66,10 @@ class Materials:
 
     def note(self, material) -> None:
         """Name what a material in use has that is not read at all."""
+        pointer = material.as_pointer()
+        if pointer in self._noted:
+            return
+        self._noted.add(pointer)
         tree = node_tree(material)
         output = tree.get_output_node("CYCLES") if tree else None
         if output is None:

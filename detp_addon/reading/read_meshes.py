@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..baked_layers import ColourLayers
+from ..baked_layers import NO_LAYERS, ColourLayers
 from .findings import Findings
-from .glass_bodies import settled
+from .glass_bodies import settled_glass, without_faint
+from .joined_rows import any_of, batches, starts_of
 from .read_attributes import corner_values
 from .read_materials import Materials, Recipe
 from .response import Response
@@ -22,6 +23,7 @@ class MeshSurface:
     """An evaluated mesh with its materials, in its own space.
 
     vertices    (V, 3) metres; those that are not finite are zero, and belong to no triangle that is kept
+    at_corners  (C,) the vertex of each face corner
     triangles   (T, 3) vertex of each triangle corner
     corners     (T, 3) face corner of each triangle corner
     kept        (T,) whether the triangle has finite vertices and an area
@@ -31,6 +33,7 @@ class MeshSurface:
     """
 
     vertices: np.ndarray
+    at_corners: np.ndarray
     triangles: np.ndarray
     corners: np.ndarray
     kept: np.ndarray
@@ -53,38 +56,56 @@ def rendered_mesh(obj) -> Iterator:
 
 
 def read_mesh(
-    mesh, slots: list, materials: Materials, layers: ColourLayers, findings: Findings, name: str
+    mesh, slots: list, materials: Materials, layers: Callable[[], ColourLayers], findings: Findings, name: str
 ) -> MeshSurface:
     """The ``mesh`` of the object ``name`` with the materials of its ``slots`` (None where empty).
 
-    ``layers`` are the colour layers of the mesh before its modifiers.
+    ``layers`` tells the colour layers of the mesh before its modifiers, when materials ask for colours. All triangles
+    with finite vertices are kept, until :func:`with_area` has looked at them.
     """
     vertices, corner_vertices = vertex_positions(mesh), corner_vertex_indices(mesh)
-    finite = np.isfinite(vertices).all(axis=1)
     corners = corner_triangles(mesh)
     triangles = corner_vertices[corners]
-    whole = finite[triangles].all(axis=1)
+    whole = np.ones(len(triangles), bool)
+    if not np.isfinite(vertices).all():
+        finite = np.isfinite(vertices).all(axis=1)
+        whole = finite[triangles].all(axis=1)
+        vertices = np.where(finite[:, None], vertices, 0.0)
     if not whole.all():
         findings.warn("faces with vertices that are not numbers are left out of {}", "object", name)
-    vertices = np.where(finite[:, None], vertices, 0.0)
     recipes, rows = _recipes(mesh, slots, materials, len(triangles))
     needs = sorted(set().union(*(recipe.needs for recipe in recipes)))
+    colours = layers() if any(kind == "attribute" for kind, _ in needs) else NO_LAYERS
     return MeshSurface(
         vertices,
+        corner_vertices,
         triangles,
         corners,
-        whole & has_area(vertices[triangles]),
+        whole,
         recipes,
         rows,
-        {key: corner_values(mesh, key, corner_vertices, layers, findings) for key in needs},
+        {key: corner_values(mesh, key, corner_vertices, colours, findings) for key in needs},
         stored_normals(mesh) if any(recipe.specular for recipe in recipes) else None,
     )
+
+
+def with_area(surfaces: list[MeshSurface]) -> list[MeshSurface]:
+    """The ``surfaces``, of whose triangles only those are kept that have an area."""
+    kept = []
+    for some in batches([len(surface.triangles) for surface in surfaces]):
+        corners = np.concatenate([surface.vertices[surface.triangles] for surface in surfaces[some]])
+        kept += np.split(has_area(corners), starts_of([len(surface.triangles) for surface in surfaces[some]])[1:-1])
+    return [
+        replace(surface, kept=surface.kept & solid) if not solid.all() else surface
+        for surface, solid in zip(surfaces, kept, strict=True)
+    ]
 
 
 def vertex_positions(mesh) -> np.ndarray:
     """Positions (V, 3) in the mesh's own space."""
     values = np.empty(3 * len(mesh.vertices), np.float32)
-    mesh.vertices.foreach_get("co", values)
+    if not _read_layer(mesh, "position", "vector", values):
+        mesh.vertices.foreach_get("co", values)
     return values.astype(np.float64).reshape(-1, 3)
 
 
@@ -95,13 +116,14 @@ def stored_normals(mesh) -> np.ndarray:
     # Blender 4.5 aborts when it is asked for corners' normals that a script has stored on edges.
     if custom is None or custom.domain != "EDGE":
         mesh.corner_normals.foreach_get("vector", values)
-    return np.nan_to_num(values.astype(np.float64).reshape(-1, 3), posinf=0.0, neginf=0.0)
+    return np.where(np.isfinite(values), values, 0.0).astype(np.float64).reshape(-1, 3)
 
 
 def corner_vertex_indices(mesh) -> np.ndarray:
     """The vertex (C,) of each face corner."""
     values = np.empty(len(mesh.loops), np.int32)
-    mesh.loops.foreach_get("vertex_index", values)
+    if not _read_layer(mesh, ".corner_vert", "value", values):
+        mesh.loops.foreach_get("vertex_index", values)
     return values
 
 
@@ -111,29 +133,42 @@ def corner_triangles(mesh) -> np.ndarray:
     return _triangle_numbers(mesh, "loops", 3).reshape(-1, 3)
 
 
-def respond(surfaces: list[MeshSurface], materials: Materials) -> list[Response]:
-    """What the triangles of each surface do to light, T rows each; all triangles of a material at once."""
-    responses = [Response.none(len(surface.triangles)) for surface in surfaces]
-    wearers: dict[int, tuple[Recipe, list]] = {}
-    for surface, response in zip(surfaces, responses, strict=True):
-        for row in np.unique(surface.recipe_rows):
-            recipe = surface.recipes[row]
-            rows = np.flatnonzero(surface.recipe_rows == row)
-            wearers.setdefault(id(recipe), (recipe, []))[1].append((surface, response, rows))
-    for recipe, parts in wearers.values():
+def respond(surfaces: list[MeshSurface], materials: Materials) -> Response:
+    """What the triangles of all surfaces, one after the other, do to light; all triangles of a material at once."""
+    starts = starts_of([len(surface.triangles) for surface in surfaces])
+    whole = Response.none(starts[-1])
+    for recipe, wearers in _wearers(surfaces):
+        rows = np.concatenate([starts[number] + rows for number, rows in wearers])
         corners = {
-            key: np.concatenate([surface.attributes[key][surface.corners[rows]] for surface, _, rows in parts])
+            key: np.concatenate(
+                [surfaces[number].attributes[key][surfaces[number].corners[rows]] for number, rows in wearers]
+            )
             for key in recipe.needs
         }
-        whole = materials.evaluate(recipe, corners, sum(len(rows) for _, _, rows in parts))
-        start = 0
-        for _, response, rows in parts:
-            here = slice(start, start + len(rows))
-            for array, values in zip(response.arrays, whole.arrays, strict=True):
-                array[rows] = values[here]
-            start = here.stop
-    pairs = zip(surfaces, responses, strict=True)
-    return [settled(response, surface.vertices, surface.triangles) for surface, response in pairs]
+        whole.put(rows, materials.evaluate(recipe, corners, len(rows)))
+    for some in batches(np.diff(starts)):
+        here = slice(starts[some.start], starts[some.stop])
+        whole.put(here, without_faint(whole.rows(here)))
+    for number in np.flatnonzero(any_of((whole.gloss + whole.clear).any(axis=1), starts)):
+        here, surface = slice(starts[number], starts[number + 1]), surfaces[number]
+        whole.put(here, settled_glass(whole.rows(here), surface.vertices, surface.triangles))
+    return whole
+
+
+def _wearers(surfaces: list[MeshSurface]) -> Iterator[tuple[Recipe, list[tuple[int, np.ndarray]]]]:
+    """Each recipe in use, with the numbers of the surfaces that have it, and on which of their triangles."""
+    wearers: dict[int, tuple[Recipe, list]] = {}
+    for number, surface in enumerate(surfaces):
+        if len(surface.recipes) == 1:
+            used = [(surface.recipes[0], np.arange(len(surface.triangles)))] if len(surface.triangles) else []
+        else:
+            used = [
+                (surface.recipes[row], np.flatnonzero(surface.recipe_rows == row))
+                for row in np.unique(surface.recipe_rows)
+            ]
+        for recipe, rows in used:
+            wearers.setdefault(id(recipe), (recipe, []))[1].append((number, rows))
+    yield from wearers.values()
 
 
 def _recipes(mesh, slots: list, materials: Materials, count: int) -> tuple[tuple[Recipe, ...], np.ndarray]:
@@ -145,10 +180,22 @@ def _recipes(mesh, slots: list, materials: Materials, count: int) -> tuple[tuple
         indices = np.empty(len(mesh.polygons), np.int32)
         layer.data.foreach_get("value", indices)
         rows = np.clip(indices, 0, len(slots) - 1)[_triangle_numbers(mesh, "polygon_index", 1)]
-    for row in np.unique(rows):
-        if slots and slots[row] is not None:
+    for row in np.unique(rows) if len(slots) > 1 else range(min(len(slots), count)):
+        if slots[row] is not None:
             materials.note(slots[row])
     return tuple(materials.recipe(slot) for slot in slots or [None]), rows
+
+
+def _read_layer(mesh, name: str, prop: str, values: np.ndarray) -> bool:
+    """Fill ``values`` from the attribute that Blender itself reads, a thousand times as fast as element by element.
+
+    Not in Edit Mode, where attributes are empty.
+    """
+    layer = mesh.attributes.get(name)
+    if layer is None or len(layer.data) == 0:
+        return False
+    layer.data.foreach_get(prop, values)
+    return True
 
 
 def _triangle_numbers(mesh, prop: str, width: int) -> np.ndarray:

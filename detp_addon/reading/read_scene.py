@@ -16,20 +16,18 @@ from ...core.lights.world import UniformWorld
 from ...core.scene import Scene
 from .face_places import PlacedFaces, placed_faces
 from .findings import Findings
+from .joined_rows import batches, numbered, starts_of
+from .placed_triangles import placed_triangles
 from .read_instances import RenderedObjects, TargetPoints, read_instances
 from .read_shaders import DEFAULT_ALBEDO
-from .read_specular import joined_specular, specular_part
+from .read_specular import specular_table
 from .render_settings import note_reflections
 from .render_view import view_as_render
 from .settled_corners import SettledPoints, settled_points
-from .triangle_geometry import determinant, has_area
 from .world_picture import world_picture
 
 #: where light is looked for: on the faces, whose values are fitted to it, or at their vertices
 FITS = ("faces", "vertices")
-
-#: an object whose volume scales by less than this share of its largest scale cubed may have lost triangles
-_FLAT = 1e-6
 
 
 @dataclass(frozen=True)
@@ -120,8 +118,8 @@ def read_scene(
 
 def _shining(read: RenderedObjects) -> int:
     """How many objects give light by their materials."""
-    shines = [bool(response.emission.any()) for response in read.responses]
-    return sum(shines[placement.surface] for placement in read.placements)
+    shines = read.shines
+    return sum(bool(shines[placement.surface]) for placement in read.placements)
 
 
 def _bakeable(targets: list[bpy.types.Object], findings: Findings) -> set[bpy.types.Object]:
@@ -155,32 +153,10 @@ def _world_light(read: RenderedObjects, context_scene, view_layer, findings: Fin
 
 def _scene(read: RenderedObjects, world: list[Light]) -> Scene:
     """Everything in world space, without the triangles that have no area there."""
-    vertices, triangles, kept, specular = [np.zeros((0, 3))], [np.zeros((0, 3), np.int64)], [], []
-    start = count = 0
-    for placement in read.placements:
-        surface, matrix = read.surfaces[placement.surface], placement.matrix
-        response = read.responses[placement.surface]
-        placed = surface.vertices @ matrix[:3, :3].T + matrix[:3, 3]
-        volume = determinant(matrix)
-        keeps = surface.kept
-        if abs(volume) <= _FLAT * np.abs(matrix[:3, :3]).max() ** 3:
-            keeps = keeps & has_area(placed[surface.triangles])
-        # A mirrored object turns its triangles inside out.
-        order = [0, 1, 2] if volume >= 0.0 else [2, 1, 0]
-        corners = surface.triangles[keeps][:, order]
-        vertices.append(placed)
-        triangles.append(corners + start)
-        kept.append((response, keeps))
-        specular.append(specular_part(surface, response, matrix, placed, keeps, order, count))
-        start += len(placed)
-        count += len(corners)
-
-    def joined(name: str) -> np.ndarray:
-        return np.concatenate([np.zeros((0, 3)), *(getattr(response, name)[keeps] for response, keeps in kept)])
-
-    optics = (joined(name) for name in ("albedo", "emission", "transmittance"))
-    lights = (*read.lights, *world)
-    return Scene(np.concatenate(vertices), np.concatenate(triangles), *optics, lights, joined_specular(specular))
+    placed, response = placed_triangles(read.surfaces, read.placements), read.response
+    optics = (array[placed.rows] for array in (response.albedo, response.emission, response.transmittance))
+    specular = specular_table(read.surfaces, response, read.placements, placed)
+    return Scene(placed.vertices, placed.triangles, *optics, (*read.lights, *world), specular)
 
 
 def _targets(
@@ -196,22 +172,35 @@ def _targets(
         settled = SettledPoints(shown.rows, shown.centres, shown.normals, nowhere, seen)
     else:
         settled = settled_points(points, surfaces, scene, domain)
+    starts = starts_of([len(surface.triangles) for surface in read.surfaces])
+    colour, emission = read.response.colour, read.response.emission
     targets = []
-    for target, rows in zip(read.targets, settled.rows, strict=True):
-        response = read.responses[target.surface]
-        albedo = _element_means(target, response.colour, DEFAULT_ALBEDO, domain)
-        emission = _element_means(target, response.emission, 0.0, domain)
-        targets.append(BakeTarget(target.object_name, target.library, target.mesh_name, domain, rows, albedo, emission))
+    for some in batches([len(target.points.corners) for target in read.targets]):
+        parts = read.targets[some]
+        first = starts[[target.surface for target in parts]]
+        means = (
+            _element_means(parts, first, colour, DEFAULT_ALBEDO, domain),
+            _element_means(parts, first, emission, 0.0, domain),
+        )
+        for target, rows, *values in zip(parts, settled.rows[some], *means, strict=True):
+            targets.append(BakeTarget(target.object_name, target.library, target.mesh_name, domain, rows, *values))
     return tuple(targets), settled, shown
 
 
-def _element_means(target: TargetPoints, values: np.ndarray, missing: float, domain: str) -> np.ndarray:
-    """Mean (E, 3) of ``values`` (T, 3) over the triangles of each element, ``missing`` where it has none."""
-    points = target.points
-    elements, size = points.corners, len(points.rows)
+def _element_means(
+    targets: list[TargetPoints], first: np.ndarray, values: np.ndarray, missing: float, domain: str
+) -> list[np.ndarray]:
+    """Mean (E, 3) of ``values`` (all triangles, 3) over the triangles of each element of each of the K targets,
+    ``missing`` where it has none; the triangles of a target's surface begin at ``first`` (K,).
+    """
+    points = [target.points for target in targets]
+    elements, sizes = [each.corners for each in points], [len(each.rows) for each in points]
     if domain == "POINT":
-        elements, size = points.vertices[elements], target.vertex_count
-    counts = np.bincount(elements, minlength=size)
-    sums = [np.bincount(elements, values[points.triangles, channel], size) for channel in range(3)]
+        elements = [each.vertices[each.corners] for each in points]
+        sizes = [target.vertex_count for target in targets]
+    ends = starts_of(sizes)
+    elements, triangles = numbered(elements, ends), numbered([each.triangles for each in points], first)
+    counts = np.bincount(elements, minlength=ends[-1])
+    sums = [np.bincount(elements, values[triangles, channel], ends[-1]) for channel in range(3)]
     means = np.stack(sums, axis=1) / np.maximum(counts, 1)[:, None]
-    return np.where(counts[:, None] > 0, means, missing)
+    return np.split(np.where(counts[:, None] > 0, means, missing), ends[1:-1])

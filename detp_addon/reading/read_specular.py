@@ -5,48 +5,42 @@ from __future__ import annotations
 import numpy as np
 
 from ...core.photons.specular import Specular
+from .joined_rows import starts_of
+from .placed_triangles import PlacedTriangles, Placement
 from .read_meshes import MeshSurface
 from .response import Response
-from .triangle_geometry import cross, dots, normal_matrix, safe_unit
+from .triangle_geometry import cross, dots, normal_matrices, safe_unit
 
 
-def specular_part(
-    surface: MeshSurface, response: Response, matrix: np.ndarray, placed: np.ndarray, keeps, order: list, first: int
+def specular_table(
+    surfaces: list[MeshSurface], response: Response, placements: list[Placement], placed: PlacedTriangles
 ) -> Specular | None:
-    """The specular ones among the triangles of a mesh that a placement ``keeps`` (T,), None without any.
+    """The specular ones among the ``placed`` triangles of ``surfaces``, None without any.
 
-    ``matrix`` (4, 4) took the vertices to where they are ``placed`` (V, 3), corners are in ``order``, and the kept
-    triangles are the scene's from row ``first`` on.
+    ``response`` is what all triangles of the surfaces do to light, one surface after the other.
     """
-    if surface.normals is None:
-        return None
+    starts = starts_of([len(surface.triangles) for surface in surfaces])
     turns = (response.mirror + response.gloss + response.clear).any(axis=1)
-    rows = np.flatnonzero(turns & keeps)
-    if len(rows) == 0:
+    turns &= np.repeat([surface.normals is not None for surface in surfaces], np.diff(starts)).astype(bool)
+    found = np.flatnonzero(turns[placed.rows])
+    if len(found) == 0:
         return None
-    corners = placed[surface.triangles[rows][:, order]]
+    corners = placed.vertices[placed.triangles[found]]
     flat, valid = safe_unit(cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
     # Far away from the origin rounding may put all corners into one place, which any normal serves.
     flat = np.repeat(np.where(valid[:, None], flat, (0.0, 0.0, 1.0)), 3, axis=0)
-    normals = surface.normals[surface.corners[rows][:, order]].reshape(-1, 3) @ normal_matrix(matrix).T
-    normals, valid = safe_unit(normals)
+    rows = placed.rows[found]
+    numbers, begins = np.unique(placed.placement[found], return_index=True)
+    turned = normal_matrices(np.stack([placements[number].matrix for number in numbers]))
+    normals = []
+    for number, some, matrix in zip(numbers, np.split(rows, begins[1:]), turned, strict=True):
+        row = placements[number].surface
+        corners = surfaces[row].corners[some - starts[row]]
+        corners = corners[:, ::-1] if placed.mirrored[number] else corners
+        normals.append(surfaces[row].normals[corners].reshape(-1, 3) @ matrix.T)
+    normals, valid = safe_unit(np.concatenate(normals))
     normals = np.where((valid & (dots(normals, flat) > 0.0))[:, None], normals, flat)
+    some = response.rows(rows)
     return Specular(
-        first + (np.cumsum(keeps) - 1)[rows],
-        normals.reshape(-1, 3, 3),
-        response.mirror[rows],
-        response.gloss[rows],
-        response.clear[rows],
-        response.ior[rows, 0],
-        response.roughness[rows, 0] ** 2,
-    )
-
-
-def joined_specular(parts: list[Specular | None]) -> Specular | None:
-    """All of ``parts`` as one table, None when there are none."""
-    found = [part for part in parts if part is not None]
-    if not found:
-        return None
-    return Specular(
-        *(np.concatenate(columns) for columns in zip(*(vars(part).values() for part in found), strict=True))
+        found, normals.reshape(-1, 3, 3), some.mirror, some.gloss, some.clear, some.ior[:, 0], some.roughness[:, 0] ** 2
     )

@@ -66,6 +66,15 @@ class Response:
         """All fields in their order."""
         return tuple(getattr(self, field.name) for field in fields(self))
 
+    def rows(self, rows) -> Response:
+        """The response at some places, by a slice or their numbers."""
+        return self.each(lambda array: array[rows])
+
+    def put(self, rows, other: Response) -> None:
+        """Write what ``other`` does into the places ``rows``."""
+        for array, values in zip(self.arrays, other.arrays, strict=True):
+            array[rows] = values
+
     def scaled(self, share: np.ndarray) -> Response:
         """This response by a ``share`` (m or 1, 1) of the surface."""
         return Response(*(array * share for array in self.arrays))

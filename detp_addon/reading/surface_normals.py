@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from .joined_rows import numbered, starts_of
 from .read_attributes import face_sizes
 from .read_meshes import MeshSurface, stored_normals
 from .triangle_geometry import cross, dots, safe_unit
@@ -18,37 +19,42 @@ _AGREES = 0.5
 _CANCELLED = 1e-6
 
 
-def corner_normals(mesh, surface: MeshSurface) -> tuple[np.ndarray, np.ndarray]:
-    """Normals (C, 3) of a mesh's face corners, and which are valid (C,).
+def corner_normals(meshes: list, surfaces: list[MeshSurface]) -> tuple[np.ndarray, np.ndarray]:
+    """Normals (C, 3) of the face corners of ``meshes``, one mesh after the other, and which are valid (C,).
 
     Blender gives every vertex a normal: its position where the faces around it cancel out, up where a face has no
     area. Here these count as what they are; where faces cancel out, each corner takes its own.
     """
-    areas = _triangle_vectors(surface)
-    size = len(surface.vertices)
-    around, around_ok = _sums(areas, surface.triangles.ravel(), np.repeat(np.arange(len(areas)), 3), size)
-    corner_face = np.repeat(np.arange(len(mesh.polygons)), face_sizes(mesh))
-    vertex_of = np.empty(len(mesh.loops), np.int32)
-    mesh.loops.foreach_get("vertex_index", vertex_of)
-    faces, face_ok = _sums(areas, corner_face[surface.corners[:, 0]], np.arange(len(areas)), len(mesh.polygons))
+    vertices = starts_of([len(surface.vertices) for surface in surfaces])
+    corners = starts_of([len(surface.at_corners) for surface in surfaces])
+    triangles = numbered([surface.triangles for surface in surfaces], vertices)
+    kept = np.concatenate([surface.kept for surface in surfaces])
+    areas = _triangle_vectors(np.concatenate([surface.vertices for surface in surfaces])[triangles], kept)
+    around, around_ok = _sums(areas, triangles.ravel(), np.repeat(np.arange(len(areas)), 3), vertices[-1])
+    sizes = np.concatenate([face_sizes(mesh) for mesh in meshes])
+    corner_face = np.repeat(np.arange(len(sizes)), sizes)
+    vertex_of = numbered([surface.at_corners for surface in surfaces], vertices)
+    first = numbered([surface.corners[:, 0] for surface in surfaces], corners)
+    faces, face_ok = _sums(areas, corner_face[first], np.arange(len(areas)), len(sizes))
     faces, face_ok = safe_unit(faces)[0][corner_face], face_ok[corner_face]
     around, around_ok = safe_unit(around)[0][vertex_of], around_ok[vertex_of]
-    normals, stored = safe_unit(stored_normals(mesh))
-    beside_face = face_ok & ((dots(normals, faces) > _ASIDE) | mesh.has_custom_normals)
+    known = [stored_normals(mesh) if s.normals is None else s.normals for mesh, s in zip(meshes, surfaces, strict=True)]
+    normals, stored = safe_unit(np.concatenate(known))
+    custom = np.repeat([mesh.has_custom_normals for mesh in meshes], np.diff(corners))
+    beside_face = face_ok & ((dots(normals, faces) > _ASIDE) | custom)
     trusted = stored & (beside_face | (around_ok & (dots(normals, around) > _AGREES)))
     return np.where(trusted[:, None], normals, faces), trusted | face_ok
 
 
 def face_directions(surface: MeshSurface) -> np.ndarray:
     """Unit normals (T, 3) of the triangles, zero where they have none."""
-    return safe_unit(_triangle_vectors(surface))[0]
+    return safe_unit(_triangle_vectors(surface.vertices[surface.triangles], surface.kept))[0]
 
 
-def _triangle_vectors(surface: MeshSurface) -> np.ndarray:
-    """Normal times twice the area (T, 3) of each triangle, zero for those that are not kept."""
-    corners = surface.vertices[surface.triangles]
+def _triangle_vectors(corners: np.ndarray, kept: np.ndarray) -> np.ndarray:
+    """Normal times twice the area (T, 3) of triangles with these ``corners`` (T, 3, 3), zero unless ``kept`` (T,)."""
     vectors = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return np.where(surface.kept[:, None], vectors, 0.0)
+    return np.where(kept[:, None], vectors, 0.0)
 
 
 def _sums(vectors: np.ndarray, groups: np.ndarray, rows: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]:

@@ -44,17 +44,18 @@ def has_area(corners: np.ndarray) -> np.ndarray:
     return np.sqrt(dots(area, area)) > LEAST_AREA * longest
 
 
-def determinant(matrix: np.ndarray) -> float:
-    """Determinant of the linear part of a matrix (4, 4)."""
-    (a, b, c), (d, e, f), (g, h, i) = matrix[:3, :3].tolist()
+def determinants(matrices: np.ndarray) -> np.ndarray:
+    """Determinants (K,) of the linear parts of ``matrices`` (K, 3 or 4, 3 or 4)."""
+    (a, b, c), (d, e, f), (g, h, i) = matrices[:, :3, :3].transpose(1, 2, 0)
     return a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
 
 
-def normal_matrix(matrix: np.ndarray) -> np.ndarray:
-    """What takes normals through ``matrix`` (4, 4): the inverse transposed up to a positive factor, (3, 3).
+def normal_matrices(matrices: np.ndarray) -> np.ndarray:
+    """What takes normals through ``matrices`` (K, 4, 4): the inverse transposed up to a positive factor, (K, 3, 3).
 
     Made of cofactors, so that it also serves objects scaled to nothing along one axis.
     """
-    linear = matrix[:3, :3] / max(np.abs(matrix[:3, :3]).max(), 1e-300)
-    cofactors = cross(linear[[1, 2, 0]], linear[[2, 0, 1]])
-    return cofactors if determinant(linear) >= 0.0 else -cofactors
+    linear = matrices[:, :3, :3]
+    linear = linear / np.maximum(np.abs(linear).max(axis=(1, 2), keepdims=True), 1e-300)
+    rows = cross(linear[:, [1, 2, 0]].reshape(-1, 3), linear[:, [2, 0, 1]].reshape(-1, 3)).reshape(-1, 3, 3)
+    return np.where(determinants(linear)[:, None, None] >= 0.0, rows, -rows)

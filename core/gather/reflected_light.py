@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from ..direct.looks import Look
-from ..direct.looks_by_numpy import LooksByNumPy
+from ..direct.nearby_light import NearbyLight
 from ..direct.shadows import Shadows
-from ..direct.spots import Spots
 from ..lights.light import SHADOW_DIMENSIONS, Light
 from ..rays import RayCaster
-from ..sampling import frames
+from ..sampling import cosine_hemisphere
 from ..scene import Scene
 from .records import Landings, Records
 
 #: Rays are followed over so many landings at most; the light that is left there is next to nothing.
 MOST_FOLLOWED = 8
+
+#: Rays of which less than this share would come back are followed on only in that proportion (Russian roulette).
+SURE = 0.5
 
 
 class ReflectedLight:
@@ -33,10 +36,9 @@ class ReflectedLight:
         self._caster, self._records, self._bounces = caster, records, bounces
         self._shadows = Shadows(scene, caster)
         self._surroundings = [light for light in lights if hasattr(light, "met")]
-        self._looks = LooksByNumPy(self._surroundings, self._shadows, np.inf)
-        self._looks.reflected = self
-        self._albedo = np.concatenate([scene.albedo, scene.albedo], axis=1)
-        self._reflects = scene.albedo.any(axis=1)
+        self._albedo = scene.albedo
+        # The last row stands for no triangle.
+        self._reflects = np.append(scene.albedo.any(axis=1), False)
         self.know(np.zeros((2 * len(records), 3)), np.zeros((2 * len(records), 3)))
 
     def know(self, direct: np.ndarray, indirect: np.ndarray) -> None:
@@ -49,38 +51,112 @@ class ReflectedLight:
         The ``rows`` (K,) of the look's rays met them, along unit ``directions`` (K, 3).
         """
         found = np.zeros((len(triangle), 6))
-        if look.followed >= min(self._bounces, MOST_FOLLOWED):
-            return found
-        met = np.flatnonzero((triangle >= 0) & self._reflects[triangle])
+        met = np.flatnonzero(self._reflects.take(triangle, mode="wrap"))
         rows, directions, triangle, places = (part.take(met, axis=0) for part in (rows, directions, triangle, places))
         landings = Landings.of(self._caster, look.rays.points.take(rows, axis=0), directions, triangle, places)
-        cell = self._records.find(landings)
-        known = self._direct if look.followed == self._bounces - 1 else self._all
-        irradiance = known.take(cell, axis=0)
+        cell = self._records.find(landings, landings.lengths)
+        irradiance = self._known(1).take(cell, axis=0)
         unknown = np.flatnonzero(cell < 0)
         if len(unknown):
-            irradiance[unknown] = self._around(look, landings.taken(unknown), rows.take(unknown))
-        irradiance *= self._albedo.take(triangle, axis=0)
-        found[met] = irradiance
+            group = look.rays.group.take(rows.take(unknown)) + look.first
+            irradiance[unknown] = self._followed(landings.taken(unknown), group, look.nearby, look.generator)
+        found[met] = irradiance * np.tile(self._albedo.take(triangle, axis=0), 2)
         return found
 
-    def _around(self, look: Look, landings: Landings, rows: np.ndarray) -> np.ndarray:
-        """Irradiance (K, 6) at the ``landings`` (K) of those ``rows`` (K,) of a look, by a ray to each light."""
-        points, normals, generator = landings.stands, landings.normals, look.generator
-        group = look.rays.group.take(rows) + look.first
-        spots = Spots(points, normals, *frames(normals), group)
-        count, total = np.arange(len(points)), np.zeros((len(points), 3))
-        onward = Look(spots, count, 1, 1.0, None, generator, None, total, {}, look.nearby, 0, look.followed + 1)
-        for light in self._surroundings:
-            if light.aimed:
-                self._looks.aimed(light, onward, generator.random((len(points), SHADOW_DIMENSIONS)))
-        found, sent = self._looks.by_chance(onward, generator.random((len(points), 2)))
-        if look.nearby is not None and look.nearby.lamps:
-            lamps = look.nearby.rays(points, normals, group, generator.random((len(points), 3)))
+    def _known(self, reflections: int) -> np.ndarray:
+        """What counts of the light (C + 1, 6) at records after which there are so many ``reflections``."""
+        return self._direct if reflections == self._bounces else self._all
+
+    def _followed(self, landings: Landings, group, nearby: NearbyLight | None, generator) -> np.ndarray:
+        """Irradiance (K, 6) at ``landings`` (K) of rays from ``group`` (K,), by one path from each."""
+        ways = _Ways(np.arange(len(group)), np.ones((len(group), 3)), landings.lengths, landings)
+        owners, found = [], []
+        for reflections in range(1, min(self._bounces, MOST_FOLLOWED) + 1):
+            light, onward = self._around(ways.landings, group.take(ways.owner), nearby, generator)
+            owners.append(ways.owner)
+            found.append(np.tile(ways.weight * light, 2))
+            if reflections == min(self._bounces, MOST_FOLLOWED):
+                break
+            ways = ways.onward(onward, self._albedo)
+            cell = self._records.find(ways.landings, ways.lengths)
+            known = np.flatnonzero(cell >= 0)
+            owners.append(ways.owner.take(known))
+            irradiance = self._known(reflections + 1).take(cell.take(known), axis=0)
+            found.append(np.tile(ways.weight.take(known, axis=0), 2) * irradiance)
+            ways = ways.going(np.flatnonzero(cell < 0), generator)
+            if len(ways.owner) == 0:
+                break
+        owner, found = np.concatenate(owners), np.concatenate(found)
+        return np.stack([np.bincount(owner, column, len(group)) for column in found.T], axis=1)
+
+    def _around(self, landings: Landings, group, nearby: NearbyLight | None, generator):
+        """Direct irradiance (K, 3) at the ``landings`` (K), by a ray to each light and one by chance."""
+        points, normals, count = landings.stands, landings.normals, len(group)
+        light = np.zeros((count, 3))
+        for source in self._surroundings:
+            if source.aimed:
+                rays = source.shadow_rays(points, generator.random((count, SHADOW_DIMENSIONS)))
+                cosine = np.einsum("ij,ij->i", normals, rays.directions)
+                lit = np.flatnonzero((cosine > 0) & rays.shines)
+                cosine = cosine.take(lit)
+                through = self._shadows.transmitted(
+                    points.take(lit, axis=0), rays.directions.take(lit, axis=0), rays.distances.take(lit)
+                )
+                weight = cosine / (rays.density.take(lit) + cosine / np.pi)
+                light[lit] += rays.radiance.take(lit, axis=0) * (through * weight[:, None])
+        if nearby is not None and nearby.lamps:
+            lamps = nearby.rays(points, normals, group, generator.random((count, 3)))
             shining = np.flatnonzero(lamps.light.any(axis=1))
             ways = points[shining], lamps.directions[shining], lamps.distances[shining]
-            total[shining] += lamps.light[shining] * self._shadows.transmitted(*ways)
-        return sent + np.tile(found + total, 2)
+            light[shining] += lamps.light[shining] * self._shadows.transmitted(*ways)
+        directions = cosine_hemisphere(normals, generator.random((count, 2)))
+        cosine = np.einsum("ij,ij->i", normals, directions)
+        onward = []
+        for rows, hits, share in self._shadows.surfaces.met(points, directions):
+            for source in self._surroundings:
+                mine = np.flatnonzero(source.among(hits.triangle))
+                at = rows.take(mine)
+                radiance, density = source.met(points[at], directions[at], hits.triangle[mine], hits.points[mine])
+                weight = cosine[at] / (density + cosine[at] / np.pi)
+                light[at] += radiance * (share[mine] * weight[:, None])
+            met = np.flatnonzero(self._reflects.take(hits.triangle, mode="wrap"))
+            ray, triangle, share = rows.take(met), hits.triangle.take(met), share.take(met, axis=0)
+            places = hits.points.take(met, axis=0)
+            ahead = points.take(ray, axis=0), directions.take(ray, axis=0)
+            onward.append((ray, share, triangle, Landings.of(self._caster, *ahead, triangle, places)))
+        if len(onward) == 1:
+            return light, onward[0]
+        rows, share, triangle, landings = zip(*onward, strict=True)
+        return light, (*map(np.concatenate, (rows, share, triangle)), Landings.joined(landings))
+
+
+@dataclass(frozen=True)
+class _Ways:
+    """Ways that are followed on, W of them.
+
+    owner     (W,) which ray each belongs to
+    weight    (W, 3) share of the light at its end that comes back to where following began
+    lengths   (W,) metres from the point on, over all landings
+    landings  W, their ends
+    """
+
+    owner: np.ndarray
+    weight: np.ndarray
+    lengths: np.ndarray
+    landings: Landings
+
+    def onward(self, met, albedo: np.ndarray) -> _Ways:
+        rows, share, triangle, landings = met
+        weight = self.weight.take(rows, axis=0) * share * albedo.take(triangle, axis=0)
+        return _Ways(self.owner.take(rows), weight, self.lengths.take(rows) + landings.lengths, landings)
+
+    def going(self, rows: np.ndarray, generator) -> _Ways:
+        weight = self.weight.take(rows, axis=0)
+        chance = np.minimum(weight.max(axis=1, initial=0.0) / SURE, 1.0)
+        kept = np.flatnonzero(generator.random(len(rows)) < chance)
+        rows = rows.take(kept)
+        weight = weight.take(kept, axis=0) / chance.take(kept)[:, None]
+        return _Ways(self.owner.take(rows), weight, self.lengths.take(rows), self.landings.taken(rows))
 
 
 def _by_halves(irradiance: np.ndarray) -> np.ndarray:

@@ -36,7 +36,7 @@ class ReflectedLight:
         self._caster, self._records, self._bounces = caster, records, bounces
         self._shadows = Shadows(scene, caster)
         self._surroundings = [light for light in lights if hasattr(light, "met")]
-        self._albedo = scene.albedo
+        self._albedo = np.concatenate([scene.albedo, scene.albedo], axis=1)
         # The last row stands for no triangle.
         self._reflects = np.append(scene.albedo.any(axis=1), False)
         self.know(np.zeros((2 * len(records), 3)), np.zeros((2 * len(records), 3)))
@@ -60,7 +60,8 @@ class ReflectedLight:
         if len(unknown):
             group = look.rays.group.take(rows.take(unknown)) + look.first
             irradiance[unknown] = self._followed(landings.taken(unknown), group, look.nearby, look.generator)
-        found[met] = irradiance * np.tile(self._albedo.take(triangle, axis=0), 2)
+        irradiance *= self._albedo.take(triangle, axis=0)
+        found[met] = irradiance
         return found
 
     def _known(self, reflections: int) -> np.ndarray:
@@ -77,7 +78,7 @@ class ReflectedLight:
             found.append(np.tile(ways.weight * light, 2))
             if reflections == min(self._bounces, MOST_FOLLOWED):
                 break
-            ways = ways.onward(onward, self._albedo)
+            ways = ways.onward(onward, self._albedo[:, :3])
             cell = self._records.find(ways.landings, ways.lengths)
             known = np.flatnonzero(cell >= 0)
             owners.append(ways.owner.take(known))
@@ -106,9 +107,10 @@ class ReflectedLight:
                 light[lit] += rays.radiance.take(lit, axis=0) * (through * weight[:, None])
         if nearby is not None and nearby.lamps:
             lamps = nearby.rays(points, normals, group, generator.random((count, 3)))
-            shining = np.flatnonzero(lamps.light.any(axis=1))
-            ways = points[shining], lamps.directions[shining], lamps.distances[shining]
-            light[shining] += lamps.light[shining] * self._shadows.transmitted(*ways)
+            red, green, blue = lamps.light.T
+            shining = np.flatnonzero((red != 0) | (green != 0) | (blue != 0))
+            ways = points.take(shining, axis=0), lamps.directions.take(shining, axis=0), lamps.distances.take(shining)
+            light[shining] += lamps.light.take(shining, axis=0) * self._shadows.transmitted(*ways)
         directions = cosine_hemisphere(normals, generator.random((count, 2)))
         cosine = np.einsum("ij,ij->i", normals, directions)
         onward = []
@@ -116,9 +118,10 @@ class ReflectedLight:
             for source in self._surroundings:
                 mine = np.flatnonzero(source.among(hits.triangle))
                 at = rows.take(mine)
-                radiance, density = source.met(points[at], directions[at], hits.triangle[mine], hits.points[mine])
-                weight = cosine[at] / (density + cosine[at] / np.pi)
-                light[at] += radiance * (share[mine] * weight[:, None])
+                there = hits.triangle.take(mine), hits.points.take(mine, axis=0)
+                radiance, density = source.met(points.take(at, axis=0), directions.take(at, axis=0), *there)
+                weight = cosine.take(at) / (density + cosine.take(at) / np.pi)
+                light[at] += radiance * (share.take(mine, axis=0) * weight[:, None])
             met = np.flatnonzero(self._reflects.take(hits.triangle, mode="wrap"))
             ray, triangle, share = rows.take(met), hits.triangle.take(met), share.take(met, axis=0)
             places = hits.points.take(met, axis=0)
@@ -152,7 +155,8 @@ class _Ways:
 
     def going(self, rows: np.ndarray, generator) -> _Ways:
         weight = self.weight.take(rows, axis=0)
-        chance = np.minimum(weight.max(axis=1, initial=0.0) / SURE, 1.0)
+        red, green, blue = weight.T
+        chance = np.minimum(np.maximum(np.maximum(red, green), blue) / SURE, 1.0)
         kept = np.flatnonzero(generator.random(len(rows)) < chance)
         rows = rows.take(kept)
         weight = weight.take(kept, axis=0) / chance.take(kept)[:, None]

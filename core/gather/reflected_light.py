@@ -10,7 +10,7 @@ import numpy as np
 from ..direct.looks import Look
 from ..direct.nearby_light import NearbyLight
 from ..direct.shadows import Shadows
-from ..lights.light import SHADOW_DIMENSIONS, Light
+from ..lights.light import SHADOW_DIMENSIONS, Light, Surroundings
 from ..rays import RayCaster
 from ..sampling import cosine_hemisphere
 from ..scene import Scene
@@ -19,7 +19,7 @@ from .records import Landings, Records
 #: Rays are followed over so many landings at most; the light that is left there is next to nothing.
 MOST_FOLLOWED = 8
 
-#: Rays of which less than this share would come back are followed on only in that proportion (Russian roulette).
+#: Rays of whose light less than this share would come back are followed in that proportion only.
 SURE = 0.5
 
 
@@ -29,7 +29,8 @@ class ReflectedLight:
     It is known in two independent halves, see records.py: arrays of six columns have RGB by the first one and by the
     second. Rays that land where no record tells of the light are followed on: one ray more looks around from there,
     and shadow rays go to the lights, ``surroundings`` and lamps (secondary gathering, Jensen 2001). At most ``bounces``
-    reflections count.
+    reflections count. All rays of a look are followed together, landing by landing, and Russian roulette ends those of
+    which little would come back (Arvo and Kirk 1990).
     """
 
     def __init__(self, scene: Scene, caster: RayCaster, lights: Sequence[Light], records: Records, bounces: int):
@@ -51,96 +52,100 @@ class ReflectedLight:
         The ``rows`` (K,) of the look's rays met them, along unit ``directions`` (K, 3).
         """
         found = np.zeros((len(triangle), 6))
-        met = np.flatnonzero(self._reflects.take(triangle, mode="wrap"))
-        rows, directions, triangle, places = (part.take(met, axis=0) for part in (rows, directions, triangle, places))
-        landings = Landings.of(self._caster, look.rays.points.take(rows, axis=0), directions, triangle, places)
-        cell = self._records.find(landings, landings.lengths)
-        irradiance = self._known(1).take(cell, axis=0)
-        unknown = np.flatnonzero(cell < 0)
-        if len(unknown):
-            group = look.rays.group.take(rows.take(unknown)) + look.first
-            irradiance[unknown] = self._followed(landings.taken(unknown), group, look.nearby, look.generator)
-        irradiance *= self._albedo.take(triangle, axis=0)
-        found[met] = irradiance
+        met, triangle, landings = self._landings(look.rays.points.take(rows, axis=0), directions, triangle, places)
+        albedo, cell = self._albedo.take(triangle, axis=0), self._records.find(landings, landings.lengths)
+        sent = self._known(1).take(cell, axis=0) * albedo
+        left = np.flatnonzero(cell < 0)
+        ways = _Ways(left, albedo.take(left, axis=0)[:, :3], landings.lengths.take(left), landings.taken(left))
+        sent += self._followed(ways, look, look.rays.group.take(rows.take(met)) + look.first)
+        found[met] = sent
         return found
 
     def _known(self, reflections: int) -> np.ndarray:
-        """What counts of the light (C + 1, 6) at records after which there are so many ``reflections``."""
+        """The light (C + 1, 6) at records that counts where the next reflection is the one of that number."""
         return self._direct if reflections == self._bounces else self._all
 
-    def _followed(self, landings: Landings, group, nearby: NearbyLight | None, generator) -> np.ndarray:
-        """Irradiance (K, 6) at ``landings`` (K) of rays from ``group`` (K,), by one path from each."""
-        ways = _Ways(np.arange(len(group)), np.ones((len(group), 3)), landings.lengths, landings)
-        owners, found = [], []
-        for reflections in range(1, min(self._bounces, MOST_FOLLOWED) + 1):
-            light, onward = self._around(ways.landings, group.take(ways.owner), nearby, generator)
-            owners.append(ways.owner)
-            found.append(np.tile(ways.weight * light, 2))
-            if reflections == min(self._bounces, MOST_FOLLOWED):
-                break
-            ways = ways.onward(onward, self._albedo[:, :3])
-            cell = self._records.find(ways.landings, ways.lengths)
-            known = np.flatnonzero(cell >= 0)
-            owners.append(ways.owner.take(known))
-            irradiance = self._known(reflections + 1).take(cell.take(known), axis=0)
-            found.append(np.tile(ways.weight.take(known, axis=0), 2) * irradiance)
-            ways = ways.going(np.flatnonzero(cell < 0), generator)
+    def _landings(self, origins, directions, triangle, places) -> tuple[np.ndarray, np.ndarray, Landings]:
+        """Which of the rays land on surfaces that reflect, on which ``triangle``, and how."""
+        met = np.flatnonzero(self._reflects.take(triangle, mode="wrap"))
+        origins, directions, triangle, places = (
+            part.take(met, axis=0) for part in (origins, directions, triangle, places)
+        )
+        return met, triangle, Landings.of(self._caster, origins, directions, triangle, places)
+
+    def _followed(self, ways: _Ways, look: Look, group: np.ndarray) -> np.ndarray:
+        """What comes back (K, 6) of K rays, from ``group`` (K,), that are followed along ``ways``."""
+        owners, found = [np.empty(0, np.int64)], [np.empty((0, 6))]
+        last = min(self._bounces, MOST_FOLLOWED)
+        for reflections in range(1, last + 1):
+            ways = ways.thinned(look.generator)
             if len(ways.owner) == 0:
                 break
+            light, onward = self._around(ways, look, group.take(ways.owner))
+            owners.append(ways.owner)
+            found.append(np.tile(ways.weight * light, 2))
+            if reflections == last:
+                break
+            cell = self._records.find(onward.landings, onward.lengths)
+            known, left = np.flatnonzero(cell >= 0), np.flatnonzero(cell < 0)
+            owners.append(onward.owner.take(known))
+            weight = np.tile(onward.weight.take(known, axis=0), 2)
+            found.append(weight * self._known(reflections + 1).take(cell.take(known), axis=0))
+            ways = onward.taken(left)
         owner, found = np.concatenate(owners), np.concatenate(found)
         return np.stack([np.bincount(owner, column, len(group)) for column in found.T], axis=1)
 
-    def _around(self, landings: Landings, group, nearby: NearbyLight | None, generator):
-        """Direct irradiance (K, 3) at the ``landings`` (K), by a ray to each light and one by chance."""
-        points, normals, count = landings.stands, landings.normals, len(group)
-        light = np.zeros((count, 3))
+    def _around(self, ways: _Ways, look: Look, group: np.ndarray) -> tuple[np.ndarray, _Ways]:
+        """Direct irradiance (W, 3) at the ends of W ways, by a ray to each light and one by chance; and where that
+        goes on to."""
+        points, normals = ways.landings.stands, ways.landings.normals
+        light, generator = np.zeros((len(points), 3)), look.generator
         for source in self._surroundings:
             if source.aimed:
-                rays = source.shadow_rays(points, generator.random((count, SHADOW_DIMENSIONS)))
-                cosine = np.einsum("ij,ij->i", normals, rays.directions)
-                lit = np.flatnonzero((cosine > 0) & rays.shines)
-                cosine = cosine.take(lit)
-                through = self._shadows.transmitted(
-                    points.take(lit, axis=0), rays.directions.take(lit, axis=0), rays.distances.take(lit)
-                )
-                weight = cosine / (rays.density.take(lit) + cosine / np.pi)
-                light[lit] += rays.radiance.take(lit, axis=0) * (through * weight[:, None])
-        if nearby is not None and nearby.lamps:
-            lamps = nearby.rays(points, normals, group, generator.random((count, 3)))
-            red, green, blue = lamps.light.T
-            shining = np.flatnonzero((red != 0) | (green != 0) | (blue != 0))
-            ways = points.take(shining, axis=0), lamps.directions.take(shining, axis=0), lamps.distances.take(shining)
-            light[shining] += lamps.light.take(shining, axis=0) * self._shadows.transmitted(*ways)
-        directions = cosine_hemisphere(normals, generator.random((count, 2)))
+                self._aim(source, points, normals, generator.random((len(points), SHADOW_DIMENSIONS)), light)
+        if look.nearby is not None and look.nearby.lamps:
+            self._ask_lamps(look.nearby, points, normals, group, generator.random((len(points), 3)), light)
+        directions = cosine_hemisphere(normals, generator.random((len(points), 2)))
         cosine = np.einsum("ij,ij->i", normals, directions)
         onward = []
         for rows, hits, share in self._shadows.surfaces.met(points, directions):
             for source in self._surroundings:
                 mine = np.flatnonzero(source.among(hits.triangle))
-                at = rows.take(mine)
-                there = hits.triangle.take(mine), hits.points.take(mine, axis=0)
+                at, there = rows.take(mine), (hits.triangle.take(mine), hits.points.take(mine, axis=0))
                 radiance, density = source.met(points.take(at, axis=0), directions.take(at, axis=0), *there)
-                weight = cosine.take(at) / (density + cosine.take(at) / np.pi)
-                light[at] += radiance * (share.take(mine, axis=0) * weight[:, None])
-            met = np.flatnonzero(self._reflects.take(hits.triangle, mode="wrap"))
-            ray, triangle, share = rows.take(met), hits.triangle.take(met), share.take(met, axis=0)
-            places = hits.points.take(met, axis=0)
-            ahead = points.take(ray, axis=0), directions.take(ray, axis=0)
-            onward.append((ray, share, triangle, Landings.of(self._caster, *ahead, triangle, places)))
-        if len(onward) == 1:
-            return light, onward[0]
-        rows, share, triangle, landings = zip(*onward, strict=True)
-        return light, (*map(np.concatenate, (rows, share, triangle)), Landings.joined(landings))
+                light[at] += radiance * share.take(mine, axis=0) * _balanced(density, cosine.take(at))
+            ahead = points.take(rows, axis=0), directions.take(rows, axis=0)
+            met, triangle, landings = self._landings(*ahead, hits.triangle, hits.points)
+            share = share.take(met, axis=0) * self._albedo.take(triangle, axis=0)[:, :3]
+            onward.append(ways.onward(rows.take(met), share, landings))
+        return light, _Ways.joined(onward)
+
+    def _aim(self, source: Surroundings, points, normals, uniforms, light: np.ndarray) -> None:
+        """Add to the ``light`` (K, 3) at points what rays chosen by that light bring."""
+        rays = source.shadow_rays(points, uniforms)
+        cosine = np.einsum("ij,ij->i", normals, rays.directions)
+        lit = np.flatnonzero((cosine > 0) & rays.shines)
+        ways = points.take(lit, axis=0), rays.directions.take(lit, axis=0), rays.distances.take(lit)
+        weight = self._shadows.transmitted(*ways) * _balanced(rays.density.take(lit), cosine.take(lit))
+        light[lit] += rays.radiance.take(lit, axis=0) * weight
+
+    def _ask_lamps(self, nearby: NearbyLight, points, normals, group, uniforms, light: np.ndarray) -> None:
+        """Add to the ``light`` (K, 3) at points what a ray from each to a lamp brings."""
+        lamps = nearby.rays(points, normals, group, uniforms)
+        red, green, blue = lamps.light.T
+        lit = np.flatnonzero((red != 0) | (green != 0) | (blue != 0))
+        ways = points.take(lit, axis=0), lamps.directions.take(lit, axis=0), lamps.distances.take(lit)
+        light[lit] += lamps.light.take(lit, axis=0) * self._shadows.transmitted(*ways)
 
 
 @dataclass(frozen=True)
 class _Ways:
-    """Ways that are followed on, W of them.
+    """Where W rays have been followed to.
 
-    owner     (W,) which ray each belongs to
-    weight    (W, 3) share of the light at its end that comes back to where following began
-    lengths   (W,) metres from the point on, over all landings
-    landings  W, their ends
+    owner     (W,) which ray it was
+    weight    (W, 3) share of the irradiance at the landing that comes back
+    lengths   (W,) metres from the point that looks around, over all landings
+    landings  W, the last ones
     """
 
     owner: np.ndarray
@@ -148,19 +153,36 @@ class _Ways:
     lengths: np.ndarray
     landings: Landings
 
-    def onward(self, met, albedo: np.ndarray) -> _Ways:
-        rows, share, triangle, landings = met
-        weight = self.weight.take(rows, axis=0) * share * albedo.take(triangle, axis=0)
-        return _Ways(self.owner.take(rows), weight, self.lengths.take(rows) + landings.lengths, landings)
-
-    def going(self, rows: np.ndarray, generator) -> _Ways:
+    def taken(self, rows: np.ndarray) -> _Ways:
+        """Those ``rows`` alone."""
         weight = self.weight.take(rows, axis=0)
-        red, green, blue = weight.T
-        chance = np.minimum(np.maximum(np.maximum(red, green), blue) / SURE, 1.0)
-        kept = np.flatnonzero(generator.random(len(rows)) < chance)
-        rows = rows.take(kept)
-        weight = weight.take(kept, axis=0) / chance.take(kept)[:, None]
         return _Ways(self.owner.take(rows), weight, self.lengths.take(rows), self.landings.taken(rows))
+
+    def onward(self, rows: np.ndarray, share: np.ndarray, landings: Landings) -> _Ways:
+        """On from the ends of these ``rows`` (R,) to R ``landings``, of which that ``share`` (R, 3) comes back."""
+        lengths = self.lengths.take(rows) + landings.lengths
+        return _Ways(self.owner.take(rows), self.weight.take(rows, axis=0) * share, lengths, landings)
+
+    def thinned(self, generator: np.random.Generator) -> _Ways:
+        """Without some of which little would come back; those that stay count the more."""
+        red, green, blue = self.weight.T
+        chance = np.minimum(np.maximum(np.maximum(red, green), blue) / SURE, 1.0)
+        kept = np.flatnonzero(generator.random(len(chance)) < chance)
+        some = self.taken(kept)
+        return _Ways(some.owner, some.weight / chance.take(kept)[:, None], some.lengths, some.landings)
+
+    @staticmethod
+    def joined(parts: list[_Ways]) -> _Ways:
+        """All ways of ``parts``, of which there is one at least."""
+        if len(parts) == 1:
+            return parts[0]
+        arrays = (np.concatenate([getattr(part, name) for part in parts]) for name in ("owner", "weight", "lengths"))
+        return _Ways(*arrays, Landings.joined([part.landings for part in parts]))
+
+
+def _balanced(density: np.ndarray, cosine: np.ndarray) -> np.ndarray:
+    """What radiance counts (K, 1) by the balance heuristic, of one ray with that ``density`` and one by the cosine."""
+    return (cosine / (density + cosine / np.pi))[:, None]
 
 
 def _by_halves(irradiance: np.ndarray) -> np.ndarray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from itertools import islice
@@ -10,6 +11,8 @@ from typing import TypeVar
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
+
+_thread = threading.local()
 
 
 def worker_count() -> int:
@@ -28,15 +31,15 @@ def ordered_map(function: Callable[[Task], Result], tasks: Iterable[Task]) -> It
     """Yield ``function(task)`` in the tasks' order, a few at a time in parallel.
 
     No thread is alive while the caller holds a result: the pool is joined before each group of results is
-    handed out, as Blender demands of threads inside an operator.
+    handed out, as Blender demands of threads inside an operator. Tasks that call this do their own part alone.
     """
-    workers = worker_count()
+    workers = 1 if getattr(_thread, "works", False) else worker_count()
     remaining = iter(tasks)
     while group := list(islice(remaining, workers)):
         if len(group) == 1:
             yield function(group[0])
             continue
-        with ThreadPoolExecutor(workers) as pool:
+        with ThreadPoolExecutor(workers, initializer=setattr, initargs=(_thread, "works", True)) as pool:
             results = list(pool.map(function, group))
         yield from results
 

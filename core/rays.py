@@ -87,22 +87,20 @@ class RayCaster:
         Hit points come from the triangle's float64 corners and Embree's barycentric coordinates, which stays exact
         for needles and at grazing angles, where origin + distance * direction does not (Waechter and Binder 2019).
         """
-        count = len(origins)
-        triangle = np.full(count, -1, np.int64)
-        points = np.zeros((count, 3))
-        parts = slices(count, RAYS_PER_SLICE)
-        reach = self._reach(np.full(count, np.inf) if distances is None else distances)
+        reach = np.full(len(origins), FAR, np.float32) if distances is None else self._reach(distances)
+        parts = slices(len(origins), RAYS_PER_SLICE)
+        if len(parts) <= 1:
+            return Hits(*self._cast(origins, directions, reach))
         found = ordered_map(lambda rows: self._cast(origins[rows], directions[rows], reach[rows]), parts)
-        for rows, (hit_triangle, hit_points) in zip(parts, found, strict=True):
-            triangle[rows] = hit_triangle
-            points[rows] = hit_points
-        return Hits(triangle, points)
+        return Hits(*map(np.concatenate, zip(*found, strict=True)))
 
     def occluded(self, origins: np.ndarray, directions: np.ndarray, distances: np.ndarray) -> np.ndarray:
         """Whether (R,) anything lies within ``distances`` (R,) metres, inf allowed, along each ray as above."""
         parts = slices(len(origins), RAYS_PER_SLICE)
+        if len(parts) <= 1:
+            return self._blocked(origins, directions, distances)
         found = ordered_map(lambda rows: self._blocked(origins[rows], directions[rows], distances[rows]), parts)
-        return np.concatenate([np.empty(0, bool), *found])
+        return np.concatenate(list(found))
 
     def _blocked(self, origins, directions, distances):
         reach = np.minimum(distances * self.scale, FAR).astype(np.float32)
@@ -116,12 +114,14 @@ class RayCaster:
         # Embree overwrites the distances that it is given.
         result = self._embree.run(self._local(origins), directions.astype(np.float32), reach.copy(), output=1)
         triangle = result["primID"].astype(np.int64)
-        points = np.zeros((len(triangle), 3))
-        hit = np.flatnonzero(triangle >= 0)
-        u, v = (result[name].take(hit).astype(np.float64)[:, None] for name in ("u", "v"))
-        edged = self.edged.take(triangle.take(hit), axis=0)
-        points[hit] = edged[:, :3] + u * edged[:, 3:6] + v * edged[:, 6:]
+        # Of rays that meet nothing the last triangle's: any is as good.
+        edged = self.edged.take(triangle, axis=0, mode="wrap")
+        points = np.empty((len(triangle), 3))
+        for axis in range(3):
+            points[:, axis] = edged[:, axis] + result["u"] * edged[:, 3 + axis] + result["v"] * edged[:, 6 + axis]
         return triangle, points
 
     def _local(self, origins):
-        return np.clip((origins - self.centre) * self.scale, -FAR, FAR).astype(np.float32)
+        local = origins - self.centre
+        local *= self.scale
+        return np.clip(local, -FAR, FAR, out=local).astype(np.float32)

@@ -57,13 +57,22 @@ def around(axes: np.ndarray, fall: np.ndarray, turn: np.ndarray) -> np.ndarray:
 
 def cosine_hemisphere(normals: np.ndarray, uniforms: np.ndarray) -> np.ndarray:
     """Directions (P, 3) about unit ``normals`` (P, 3) or (3,), density cos(t)/pi per solid angle; uniforms (P, 2)."""
-    first, second = frames(normals)
-    flat = disc(uniforms)
     # The disc's map makes the larger one the radius: from it, directions near the rim have all their digits.
     size = np.abs(2.0 * uniforms - 1.0)
     radius = np.maximum(size[:, 0], size[:, 1])
-    height = np.sqrt((1.0 - radius) * (1.0 + radius))
-    return flat[:, :1] * first + flat[:, 1:] * second + height[:, None] * normals
+    return combined(disc(uniforms), np.sqrt((1.0 - radius) * (1.0 + radius)), *frames(normals), normals)
+
+
+def combined(flat: np.ndarray, height: np.ndarray, first, second, normals) -> np.ndarray:
+    """Vectors (P, 3) with the coordinates ``flat`` (P, 2) along ``first`` and ``second``, and ``height`` (P,) along
+    ``normals``, each (P, 3) or (3,). Axis by axis, since NumPy is slow along short ones."""
+    found = np.empty((len(height), 3))
+    for axis in range(3):
+        column = flat[:, 0] * first[..., axis]
+        column += flat[:, 1] * second[..., axis]
+        column += height * normals[..., axis]
+        found[:, axis] = column
+    return found
 
 
 def sphere(uniforms: np.ndarray) -> np.ndarray:

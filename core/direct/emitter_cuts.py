@@ -83,7 +83,8 @@ def _cut(emitters, places, normals, begin, end) -> None:
 def _seen(emitters, places, normals, begin, end) -> tuple[np.ndarray, np.ndarray]:
     """What ranges (G,) may bring to ``places`` (G, S, 3), and the share 0..1 of that by which their parts differ."""
     ranges = emitters.ranges(begin, end)[:, None]
-    light = ranges.brightness(places, normals) + AVERTED * ranges.brightness(places)
+    facing, anywhere = ranges.brightness(places, normals)
+    light = facing + AVERTED * anywhere
     away = np.linalg.norm(ranges.centre - places, axis=2)
     differ = np.minimum(np.sqrt(ranges.spread) / np.maximum(away, _TINY), 1.0)
     return light, np.where(ranges.distant, 1.0, differ)

@@ -31,11 +31,11 @@ class Ranges:
     def __getitem__(self, rows) -> Ranges:
         return Ranges(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
 
-    def brightness(self, places: np.ndarray, normals: np.ndarray | None = None) -> np.ndarray:
+    def brightness(self, places: np.ndarray, normals: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
         """About the light (...,) that comes to ``places`` (..., 3) unshadowed, in the power's unit over m^2.
 
-        On a surface with unit ``normals`` (..., 3); without them on one that faces the emitters. What may shine at a
-        place, however little, is above zero there, except behind the surface.
+        On a surface with unit ``normals`` (..., 3), and on one that faces the emitters; without normals twice the
+        latter. What may shine at a place, however little, is above zero there, except behind the surface.
         """
         way = np.where(self.distant[..., None], self.centre, self.centre - places)
         square = np.einsum("...i,...i->...", way, way)
@@ -46,7 +46,8 @@ class Ranges:
         shining += np.sqrt(np.maximum(self.power * across, 0.0))
         light = np.where(self.distant, self.power, shining / np.maximum(square + self.spread, np.finfo(float).tiny))
         if normals is None:
-            return light
+            return light, light
         # The cosine at that part of the emitters that rises highest above the horizon.
         wide = np.where(self.distant, 0.0, np.minimum(np.sqrt(2.0 * self.spread) / length, 1.0))
-        return light * np.clip((np.einsum("...i,...i->...", normals, way) + wide) / (1.0 + wide), 0.0, 1.0)
+        rise = (np.einsum("...i,...i->...", normals, way) + wide) / (1.0 + wide)
+        return light * np.clip(rise, 0.0, 1.0), light

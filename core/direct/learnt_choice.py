@@ -55,7 +55,7 @@ class LearntChoice:
         begin, end = self.begin[part], self.end[part]
         if known is None:
             ranges = self.emitters.ranges(begin, end)[group]
-            known = ranges.brightness(points[:, None], normals[:, None]), ranges.brightness(points[:, None])
+            known = ranges.brightness(points[:, None], normals[:, None])
         learnt = None if self._learnt is None else self._learnt[part][group]
         if learnt is not None and self._own is not None:
             found, rays = self._own[:, rows]
@@ -66,7 +66,7 @@ class LearntChoice:
         """How ``places`` (K, 3) near the groups ``group`` (K,), which may face any way, choose."""
         some, local = np.unique(group, return_inverse=True)
         begin, end = self.begin[some], self.end[some]
-        strength = self.emitters.ranges(begin, end)[local].brightness(places[:, None])
+        strength, _ = self.emitters.ranges(begin, end)[local].brightness(places[:, None])
         learnt = None if self._learnt is None else self._learnt[group]
         return EmitterChoice.of(self.emitters, places, local, begin, end, strength, strength, learnt)
 

@@ -50,7 +50,7 @@ class LooksByNumPy:
         found[rows] = arriving / (look.chances * (density + guided))[:, None]
         look.total[:] += net_means(found, look.count)
         if look.seen is not None:
-            plain, sent = np.abs(arriving).sum(axis=1) / (density + chance), density + guided
+            plain, sent = _strength(arriving) / (density + chance), density + guided
             look.seen.append(Sightings(look.row[rows], place, plain, chance / sent, (density + chance) / sent))
 
     def by_chance(self, look: Look, uniforms: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
@@ -72,11 +72,11 @@ class LooksByNumPy:
             arriving = radiance * cosine[rows, None]
             found[rows] += arriving / (density + chance[rows] * factor[rows])[:, None]
             if look.seen is not None:
-                plain[rows] += np.abs(arriving).sum(axis=1) / (density + chance[rows])
+                plain[rows] += _strength(arriving) / (density + chance[rows])
                 densities[rows] += density
         if look.seen is not None:
             if sent_on is not None:
-                plain += 0.5 * sent_on.sum(axis=1)
+                plain += 0.5 * np.einsum("ij->i", sent_on)
             place = spots.group * (SIDE * SIDE) + cells(uniforms)
             sent = densities + chance * factor
             look.seen.append(Sightings(look.row, place, plain, chance / sent, (densities + chance) / sent))
@@ -108,3 +108,8 @@ class LooksByNumPy:
             if sent_on is not None:
                 sent = self.reflected.sent(look, rows, directions[rows], hits.triangle, hits.points)
                 sent_on[rows] += np.tile(share, 2) * sent
+
+
+def _strength(light: np.ndarray) -> np.ndarray:
+    """RGB sum (K,) of ``light`` (K, 3)."""
+    return np.einsum("ij->i", np.abs(light))

@@ -19,7 +19,7 @@ from .learnt_choice import LearntChoice
 LEAST_SHARE = 0.1
 
 #: Places that are worked on at a time.
-_PLACES_PER_BLOCK = 1 << 12
+_PLACES_PER_BLOCK = 1 << 14
 
 _BELOW_ONE = np.nextafter(1.0, 0.0)
 

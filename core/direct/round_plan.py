@@ -11,6 +11,9 @@ from .round_sums import sample_sizes
 #: No point gets less than this share of the rounds that an even plan would give it, nor more than so many times them.
 LEAST_SHARE, MOST_SHARE = 0.5, 4.0
 
+#: Nor less than this share where its neighbours' rounds found no light at all: in case there is some after all.
+DARK_SHARE = 0.125
+
 #: Rounds of a larger relative variance count as no noisier: nobody waits for the light of dark corners.
 NOISIEST = 16.0
 
@@ -36,7 +39,8 @@ def planned(
 
     def at(level: float, kind: int, rows: slice) -> np.ndarray:
         """Rounds of that kind for rounds had of ``level`` times what is wanted."""
-        more = np.clip(level * wanted[kind][rows] - had[kind][rows], LEAST_SHARE * rounds, MOST_SHARE * rounds)
+        least = np.where(wanted[kind][rows] == 0.0, DARK_SHARE, LEAST_SHARE) * rounds
+        more = np.clip(level * wanted[kind][rows] - had[kind][rows], least, MOST_SHARE * rounds)
         return np.where(np.isnan(more), rounds, more)
 
     def spent(level: float) -> float:

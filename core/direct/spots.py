@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from ..sampling import disc, frames, hemisphere_uniforms
+from ..sampling import combined, disc, frames, hemisphere_uniforms
 
 #: A group's common direction this close to a normal makes no frame with it.
 _ALONG = 0.1
@@ -51,7 +51,7 @@ class Spots:
         """Directions (K, 3), cosine-distributed by ``uniforms`` (K, 2), and their cosines (K,) > 0."""
         flat = disc(uniforms)
         cosine = np.sqrt(np.maximum(1.0 - flat[:, 0] ** 2 - flat[:, 1] ** 2, np.finfo(float).tiny))
-        return flat[:, :1] * self.first + flat[:, 1:] * self.second + cosine[:, None] * self.normals, cosine
+        return combined(flat, cosine, self.first, self.second, self.normals), cosine
 
     def uniforms(self, directions: np.ndarray) -> np.ndarray:
         """The uniforms (K, 2) that :meth:`directions` makes these ``directions`` (K, 3) from."""

@@ -18,6 +18,9 @@ class Surfaces:
     def __init__(self, caster: RayCaster, transmittance: np.ndarray | None):
         self._caster = caster
         self._transmittance = transmittance
+        if transmittance is not None:
+            # The last row stands for no triangle.
+            self._clear = np.append((transmittance > 0).any(axis=1), False)
 
     def met(
         self, origins: np.ndarray, directions: np.ndarray, reach: np.ndarray | float = np.inf
@@ -29,9 +32,9 @@ class Surfaces:
         """
         rows, share = np.arange(len(origins)), np.ones((len(origins), 3))
         reach = np.broadcast_to(reach, len(origins))
-        starts, endless = origins, np.isinf(reach).all()
+        starts, along, endless = origins, directions, np.isinf(reach).all()
         for _ in range(MOST_PASSAGES):
-            hits = self._caster.first_hits(starts, directions[rows])
+            hits = self._caster.first_hits(starts, along)
             triangle = hits.triangle
             if not endless:
                 beyond = np.linalg.norm(hits.points - origins[rows], axis=1) >= reach[rows]
@@ -39,12 +42,14 @@ class Surfaces:
             yield rows, Hits(triangle, hits.points), share
             if self._transmittance is None:
                 return
-            share = share * self._transmittance[triangle]
-            going = np.flatnonzero((triangle >= 0) & (share > 0).any(axis=1))
+            going = np.flatnonzero(self._clear.take(triangle, mode="wrap"))
+            share = share.take(going, axis=0) * self._transmittance.take(triangle.take(going), axis=0)
+            left = np.flatnonzero((share > 0).any(axis=1))
+            going, share = going.take(left), share.take(left, axis=0)
             if len(going) == 0:
                 return
-            rows, share = rows[going], share[going]
-            starts = hits.points[going] + self._past(triangle[going], directions[rows])
+            rows, along = rows.take(going), along.take(going, axis=0)
+            starts = hits.points.take(going, axis=0) + self._past(triangle.take(going), along)
 
     def _past(self, triangle: np.ndarray, directions: np.ndarray) -> np.ndarray:
         """What leads (R, 3) from a hit to just behind the surface."""

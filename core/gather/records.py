@@ -162,9 +162,16 @@ class Records:
         """Metres: the light where shorter rays land is not looked up."""
         return NEAR * self.finest
 
-    def find(self, landings: Landings) -> np.ndarray:
-        """The cell (K,) whose records tell of the light at ``landings`` (K), -1 where none does."""
-        return np.where(landings.lengths < self.near, -1, self._table.find(_numbers(self._cells, landings)))
+    def find(self, landings: Landings, lengths: np.ndarray) -> np.ndarray:
+        """The cell (K,) whose records tell of the light at ``landings`` (K), -1 where none does.
+
+        ``lengths`` (K,) metres are those of the ways there from where the light is wanted, over other landings or not.
+        """
+        cell = np.full(len(lengths), -1)
+        far = np.flatnonzero(lengths >= self.near)
+        places, normals = (part.take(far, axis=0) for part in (landings.places, landings.normals))
+        cell[far] = self._table.find(self._cells.numbers(places, normals, self._cells.levels(lengths.take(far))))
+        return cell
 
 
 def _numbers(cells: Cells, landings: Landings) -> np.ndarray:

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from ..direct.looks import Look
-from ..direct.looks_by_numpy import LooksByNumPy
+from ..direct.nearby_light import NearbyLight
 from ..direct.shadows import Shadows
-from ..direct.spots import Spots
-from ..lights.light import SHADOW_DIMENSIONS, Light
+from ..lights.light import SHADOW_DIMENSIONS, Light, Surroundings
 from ..rays import RayCaster
-from ..sampling import frames
+from ..sampling import cosine_hemisphere
 from ..scene import Scene
 from .records import Landings, Records
 
 #: Rays are followed over so many landings at most; the light that is left there is next to nothing.
 MOST_FOLLOWED = 8
+
+#: Rays of whose light less than this share would come back are followed in that proportion only.
+SURE = 0.5
 
 
 class ReflectedLight:
@@ -26,17 +29,17 @@ class ReflectedLight:
     It is known in two independent halves, see records.py: arrays of six columns have RGB by the first one and by the
     second. Rays that land where no record tells of the light are followed on: one ray more looks around from there,
     and shadow rays go to the lights, ``surroundings`` and lamps (secondary gathering, Jensen 2001). At most ``bounces``
-    reflections count.
+    reflections count. All rays of a look are followed together, landing by landing, and Russian roulette ends those of
+    which little would come back (Arvo and Kirk 1990).
     """
 
     def __init__(self, scene: Scene, caster: RayCaster, lights: Sequence[Light], records: Records, bounces: int):
         self._caster, self._records, self._bounces = caster, records, bounces
         self._shadows = Shadows(scene, caster)
         self._surroundings = [light for light in lights if hasattr(light, "met")]
-        self._looks = LooksByNumPy(self._surroundings, self._shadows, np.inf)
-        self._looks.reflected = self
         self._albedo = np.concatenate([scene.albedo, scene.albedo], axis=1)
-        self._reflects = scene.albedo.any(axis=1)
+        # The last row stands for no triangle.
+        self._reflects = np.append(scene.albedo.any(axis=1), False)
         self.know(np.zeros((2 * len(records), 3)), np.zeros((2 * len(records), 3)))
 
     def know(self, direct: np.ndarray, indirect: np.ndarray) -> None:
@@ -49,38 +52,137 @@ class ReflectedLight:
         The ``rows`` (K,) of the look's rays met them, along unit ``directions`` (K, 3).
         """
         found = np.zeros((len(triangle), 6))
-        if look.followed >= min(self._bounces, MOST_FOLLOWED):
-            return found
-        met = np.flatnonzero((triangle >= 0) & self._reflects[triangle])
-        rows, directions, triangle, places = (part.take(met, axis=0) for part in (rows, directions, triangle, places))
-        landings = Landings.of(self._caster, look.rays.points.take(rows, axis=0), directions, triangle, places)
-        cell = self._records.find(landings)
-        known = self._direct if look.followed == self._bounces - 1 else self._all
-        irradiance = known.take(cell, axis=0)
-        unknown = np.flatnonzero(cell < 0)
-        if len(unknown):
-            irradiance[unknown] = self._around(look, landings.taken(unknown), rows.take(unknown))
-        irradiance *= self._albedo.take(triangle, axis=0)
-        found[met] = irradiance
+        met, triangle, landings = self._landings(look.rays.points.take(rows, axis=0), directions, triangle, places)
+        albedo, cell = self._albedo.take(triangle, axis=0), self._records.find(landings, landings.lengths)
+        sent = self._known(1).take(cell, axis=0) * albedo
+        left = np.flatnonzero(cell < 0)
+        ways = _Ways(left, albedo.take(left, axis=0)[:, :3], landings.lengths.take(left), landings.taken(left))
+        sent += self._followed(ways, look, look.rays.group.take(rows.take(met)) + look.first)
+        found[met] = sent
         return found
 
-    def _around(self, look: Look, landings: Landings, rows: np.ndarray) -> np.ndarray:
-        """Irradiance (K, 6) at the ``landings`` (K) of those ``rows`` (K,) of a look, by a ray to each light."""
-        points, normals, generator = landings.stands, landings.normals, look.generator
-        group = look.rays.group.take(rows) + look.first
-        spots = Spots(points, normals, *frames(normals), group)
-        count, total = np.arange(len(points)), np.zeros((len(points), 3))
-        onward = Look(spots, count, 1, 1.0, None, generator, None, total, {}, look.nearby, 0, look.followed + 1)
-        for light in self._surroundings:
-            if light.aimed:
-                self._looks.aimed(light, onward, generator.random((len(points), SHADOW_DIMENSIONS)))
-        found, sent = self._looks.by_chance(onward, generator.random((len(points), 2)))
+    def _known(self, reflections: int) -> np.ndarray:
+        """The light (C + 1, 6) at records that counts where the next reflection is the one of that number."""
+        return self._direct if reflections == self._bounces else self._all
+
+    def _landings(self, origins, directions, triangle, places) -> tuple[np.ndarray, np.ndarray, Landings]:
+        """Which of the rays land on surfaces that reflect, on which ``triangle``, and how."""
+        met = np.flatnonzero(self._reflects.take(triangle, mode="wrap"))
+        origins, directions, triangle, places = (
+            part.take(met, axis=0) for part in (origins, directions, triangle, places)
+        )
+        return met, triangle, Landings.of(self._caster, origins, directions, triangle, places)
+
+    def _followed(self, ways: _Ways, look: Look, group: np.ndarray) -> np.ndarray:
+        """What comes back (K, 6) of K rays, from ``group`` (K,), that are followed along ``ways``."""
+        owners, found = [np.empty(0, np.int64)], [np.empty((0, 6))]
+        last = min(self._bounces, MOST_FOLLOWED)
+        for reflections in range(1, last + 1):
+            ways = ways.thinned(look.generator)
+            if len(ways.owner) == 0:
+                break
+            light, onward = self._around(ways, look, group.take(ways.owner))
+            owners.append(ways.owner)
+            found.append(np.tile(ways.weight * light, 2))
+            if reflections == last:
+                break
+            cell = self._records.find(onward.landings, onward.lengths)
+            known, left = np.flatnonzero(cell >= 0), np.flatnonzero(cell < 0)
+            owners.append(onward.owner.take(known))
+            weight = np.tile(onward.weight.take(known, axis=0), 2)
+            found.append(weight * self._known(reflections + 1).take(cell.take(known), axis=0))
+            ways = onward.taken(left)
+        owner, found = np.concatenate(owners), np.concatenate(found)
+        return np.stack([np.bincount(owner, column, len(group)) for column in found.T], axis=1)
+
+    def _around(self, ways: _Ways, look: Look, group: np.ndarray) -> tuple[np.ndarray, _Ways]:
+        """Direct irradiance (W, 3) at the ends of W ways, by a ray to each light and one by chance; and where that
+        goes on to."""
+        points, normals = ways.landings.stands, ways.landings.normals
+        light, generator = np.zeros((len(points), 3)), look.generator
+        for source in self._surroundings:
+            if source.aimed:
+                self._aim(source, points, normals, generator.random((len(points), SHADOW_DIMENSIONS)), light)
         if look.nearby is not None and look.nearby.lamps:
-            lamps = look.nearby.rays(points, normals, group, generator.random((len(points), 3)))
-            shining = np.flatnonzero(lamps.light.any(axis=1))
-            ways = points[shining], lamps.directions[shining], lamps.distances[shining]
-            total[shining] += lamps.light[shining] * self._shadows.transmitted(*ways)
-        return sent + np.tile(found + total, 2)
+            self._ask_lamps(look.nearby, points, normals, group, generator.random((len(points), 3)), light)
+        directions = cosine_hemisphere(normals, generator.random((len(points), 2)))
+        cosine = np.einsum("ij,ij->i", normals, directions)
+        onward = []
+        for rows, hits, share in self._shadows.surfaces.met(points, directions):
+            for source in self._surroundings:
+                mine = np.flatnonzero(source.among(hits.triangle))
+                at, there = rows.take(mine), (hits.triangle.take(mine), hits.points.take(mine, axis=0))
+                radiance, density = source.met(points.take(at, axis=0), directions.take(at, axis=0), *there)
+                light[at] += radiance * share.take(mine, axis=0) * _balanced(density, cosine.take(at))
+            ahead = points.take(rows, axis=0), directions.take(rows, axis=0)
+            met, triangle, landings = self._landings(*ahead, hits.triangle, hits.points)
+            share = share.take(met, axis=0) * self._albedo.take(triangle, axis=0)[:, :3]
+            onward.append(ways.onward(rows.take(met), share, landings))
+        return light, _Ways.joined(onward)
+
+    def _aim(self, source: Surroundings, points, normals, uniforms, light: np.ndarray) -> None:
+        """Add to the ``light`` (K, 3) at points what rays chosen by that light bring."""
+        rays = source.shadow_rays(points, uniforms)
+        cosine = np.einsum("ij,ij->i", normals, rays.directions)
+        lit = np.flatnonzero((cosine > 0) & rays.shines)
+        ways = points.take(lit, axis=0), rays.directions.take(lit, axis=0), rays.distances.take(lit)
+        weight = self._shadows.transmitted(*ways) * _balanced(rays.density.take(lit), cosine.take(lit))
+        light[lit] += rays.radiance.take(lit, axis=0) * weight
+
+    def _ask_lamps(self, nearby: NearbyLight, points, normals, group, uniforms, light: np.ndarray) -> None:
+        """Add to the ``light`` (K, 3) at points what a ray from each to a lamp brings."""
+        lamps = nearby.rays(points, normals, group, uniforms)
+        red, green, blue = lamps.light.T
+        lit = np.flatnonzero((red != 0) | (green != 0) | (blue != 0))
+        ways = points.take(lit, axis=0), lamps.directions.take(lit, axis=0), lamps.distances.take(lit)
+        light[lit] += lamps.light.take(lit, axis=0) * self._shadows.transmitted(*ways)
+
+
+@dataclass(frozen=True)
+class _Ways:
+    """Where W rays have been followed to.
+
+    owner     (W,) which ray it was
+    weight    (W, 3) share of the irradiance at the landing that comes back
+    lengths   (W,) metres from the point that looks around, over all landings
+    landings  W, the last ones
+    """
+
+    owner: np.ndarray
+    weight: np.ndarray
+    lengths: np.ndarray
+    landings: Landings
+
+    def taken(self, rows: np.ndarray) -> _Ways:
+        """Those ``rows`` alone."""
+        weight = self.weight.take(rows, axis=0)
+        return _Ways(self.owner.take(rows), weight, self.lengths.take(rows), self.landings.taken(rows))
+
+    def onward(self, rows: np.ndarray, share: np.ndarray, landings: Landings) -> _Ways:
+        """On from the ends of these ``rows`` (R,) to R ``landings``, of which that ``share`` (R, 3) comes back."""
+        lengths = self.lengths.take(rows) + landings.lengths
+        return _Ways(self.owner.take(rows), self.weight.take(rows, axis=0) * share, lengths, landings)
+
+    def thinned(self, generator: np.random.Generator) -> _Ways:
+        """Without some of which little would come back; those that stay count the more."""
+        red, green, blue = self.weight.T
+        chance = np.minimum(np.maximum(np.maximum(red, green), blue) / SURE, 1.0)
+        kept = np.flatnonzero(generator.random(len(chance)) < chance)
+        some = self.taken(kept)
+        return _Ways(some.owner, some.weight / chance.take(kept)[:, None], some.lengths, some.landings)
+
+    @staticmethod
+    def joined(parts: list[_Ways]) -> _Ways:
+        """All ways of ``parts``, of which there is one at least."""
+        if len(parts) == 1:
+            return parts[0]
+        arrays = (np.concatenate([getattr(part, name) for part in parts]) for name in ("owner", "weight", "lengths"))
+        return _Ways(*arrays, Landings.joined([part.landings for part in parts]))
+
+
+def _balanced(density: np.ndarray, cosine: np.ndarray) -> np.ndarray:
+    """What radiance counts (K, 1) by the balance heuristic, of one ray with that ``density`` and one by the cosine."""
+    return (cosine / (density + cosine / np.pi))[:, None]
 
 
 def _by_halves(irradiance: np.ndarray) -> np.ndarray:

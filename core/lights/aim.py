@@ -16,7 +16,7 @@ SMALLEST_RADIUS = 1e-12
 
 def towards(vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Unit directions (K, 3), +Z where there is none, and lengths (K,) of ``vectors`` (K, 3)."""
-    lengths = np.linalg.norm(vectors, axis=1)
+    lengths = np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
     near = lengths <= CLOSEST
     directions = vectors / np.where(near, 1.0, lengths)[:, None]
     directions[near] = (0.0, 0.0, 1.0)

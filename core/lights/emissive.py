@@ -43,6 +43,7 @@ class EmissiveTriangles:
     normals: np.ndarray = field(init=False, repr=False)
     areas: np.ndarray = field(init=False, repr=False)
     shares: np.ndarray = field(init=False, repr=False)
+    _strength: np.ndarray = field(init=False, repr=False)
     _colours: np.ndarray = field(init=False, repr=False)
 
     def __post_init__(self):
@@ -65,6 +66,7 @@ class EmissiveTriangles:
             ("normals", normals),
             ("areas", areas),
             ("shares", shares),
+            ("_strength", strength),
             ("_colours", radiance / np.where(strength > 0.0, strength, 1.0)[:, None]),
         ):
             object.__setattr__(self, name, value)
@@ -91,30 +93,39 @@ class EmissiveTriangles:
         return np.diff(self.shares, prepend=0.0) / max(self.shares[-1], np.finfo(float).tiny)
 
     def number(self, triangle: np.ndarray) -> np.ndarray:
-        """Which of these each of the scene's ``triangle`` (K,) is; anything where it is none of them."""
-        return np.minimum(np.searchsorted(self.rows, triangle), len(self.rows) - 1)
+        """Which of these each of the scene's ``triangle`` (K,), -1 for none, is; -1 where it is none of them."""
+        return self._numbers.take(triangle + 1, mode="clip")
+
+    @cached_property
+    def _numbers(self) -> np.ndarray:
+        """Which of these the scene's triangle of one row less is, up to the first behind all of them; -1 for none."""
+        numbers = np.full(self.rows[-1] + 3, -1)
+        numbers[self.rows + 1] = np.arange(len(self.rows))
+        return numbers
 
     def among(self, triangle: np.ndarray) -> np.ndarray:
         """Whether each of the scene's ``triangle`` (K,), -1 for none, is one of these."""
-        return self.rows[self.number(triangle)] == triangle
+        return self.number(triangle) >= 0
 
     def met(self, points: np.ndarray, directions: np.ndarray, triangle: np.ndarray, places: np.ndarray):
         """Radiance (K, 3) of the triangles that the rays met, and the density (K,) of being aimed at there."""
         found = self.number(triangle)
-        mine = self.rows[found] == triangle
-        distances = np.linalg.norm(np.where(mine[:, None], places - points, 0.0), axis=1)
-        radiance, density = self._seen(found, directions, distances)
-        return np.where(mine[:, None], radiance, 0.0), np.where(mine, density, 0.0)
+        mine, way = found >= 0, places - points
+        way[~mine] = 0.0
+        radiance, density = self._seen(found, directions, np.sqrt(np.einsum("ij,ij->i", way, way)))
+        radiance[~mine], density[~mine] = 0.0, 0.0
+        return radiance, density
 
     def _seen(self, chosen, directions, distances) -> tuple[np.ndarray, np.ndarray]:
         """Radiance and density per steradian: that per area, strength / total, times r^2 / cos; 0 and 1 if edge-on."""
-        cosine = np.abs(np.einsum("pi,pi->p", self.normals[chosen], directions))
-        radiance = self.radiance[chosen]
-        strength = np.abs(radiance).max(axis=1)
-        lit = (cosine > _EDGE_ON) & (distances > CLOSEST) & (strength > 0.0) & (self.areas[chosen] > 0.0)
+        cosine = np.abs(np.einsum("pi,pi->p", self.normals.take(chosen, axis=0, mode="wrap"), directions))
+        radiance = self.radiance.take(chosen, axis=0, mode="wrap")
+        strength, areas = self._strength.take(chosen, mode="wrap"), self.areas.take(chosen, mode="wrap")
+        lit = (cosine > _EDGE_ON) & (distances > CLOSEST) & (strength > 0.0) & (areas > 0.0)
         density = np.ones(len(cosine))
         np.divide(strength * distances**2, cosine * self.shares[-1], out=density, where=lit)
-        return np.where(lit[:, None], radiance, 0.0), density
+        radiance[~lit] = 0.0
+        return radiance, density
 
     def emit(self, uniforms: np.ndarray, bounds: Bounds) -> Particles:
         """Particles of equal flux in their strongest channel; uniforms (P, 4): triangle and origin 2, direction 2.

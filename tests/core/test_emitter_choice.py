@@ -132,10 +132,11 @@ def test_ranges_are_as_bright_as_their_emitters_from_afar():
     light = [np.abs(r.radiance).sum() / r.density[0] for r in rays]
     cosine = [r.directions[0] @ normal for r in rays]
     found = emitters.ranges(np.array([0]), np.array([5]))
-    assert found.brightness(place)[0] == pytest.approx(sum(light), rel=0.02)
-    assert found.brightness(place, normal)[0] == pytest.approx(np.dot(light, cosine), rel=0.05)
+    facing, anywhere = found.brightness(place, normal)
+    assert anywhere[0] == pytest.approx(sum(light), rel=0.02) and found.brightness(place)[0] == anywhere
+    assert facing[0] == pytest.approx(np.dot(light, cosine), rel=0.05)
     sun = emitters.ranges(np.array([5]), np.array([6]))
-    assert sun.brightness(place, UP)[0] == pytest.approx(6.0) and sun.brightness(place, -UP)[0] == 0
+    assert sun.brightness(place, UP)[0] == pytest.approx(6.0) and sun.brightness(place, -UP)[0][0] == 0
 
 
 def lit(scene, points, normals, rounds=64, **settings):

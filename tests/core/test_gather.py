@@ -1,9 +1,16 @@
 """Cells in which gather rays land, and where they are trusted."""
 
 import numpy as np
+import pytest
+from detp.core.direct.looks import Look
+from detp.core.direct.spots import Spots
 from detp.core.gather.cells import Cells, CellTable, facings
 from detp.core.gather.records import NEAR, Landings, Records
+from detp.core.gather.reflected_light import MOST_FOLLOWED, ReflectedLight
+from detp.core.photons.emission import lights_of
 from detp.core.rays import RayCaster
+from detp.core.sampling import cosine_hemisphere, frames
+from rooms import box_quads, scene_of
 
 CELLS = Cells(np.zeros(3), 1.0, 0.01)
 
@@ -42,8 +49,30 @@ def test_cells_that_a_wall_cuts_and_rays_that_are_too_short_are_not_looked_up():
     up, lengths = np.tile((0, 0, 1.0), (20000, 1)), np.full(20000, 0.5)
     landings = Landings(places, places + 1e-4 * up, up, lengths)
     records = Records(caster, landings, 1000, 0, 0.1)
-    found = records.find(landings) >= 0
+    found = records.find(landings, landings.lengths) >= 0
     assert not found[np.abs(places[:, 0] - 0.01) < 0.005].any()
     assert found[np.abs(places[:, 0] - 0.01) > 0.25].mean() > 0.99
     short = Landings(places, places, up, np.full(20000, 0.9 * NEAR * records.finest))
-    assert (records.find(short) == -1).all()
+    assert (records.find(short, short.lengths) == -1).all()
+    # What lies close by, but at the end of a long way over other surfaces, is looked up.
+    assert np.array_equal(records.find(short, landings.lengths) >= 0, found)
+
+
+@pytest.mark.parametrize("bounces", [1, 2, 4, 64])
+def test_rays_that_nothing_is_known_of_bring_every_reflection_once(bounces):
+    # In a closed room that shines and reflects alike everywhere each reflection brings the albedo times the one before.
+    albedo, count = np.array((0.9, 0.5, 0.2)), 20000
+    scene = scene_of(box_quads((1, 1, 1)), albedo, 1.0)
+    caster, lights = RayCaster(scene.corners), lights_of(scene)
+    nowhere = Landings(*np.zeros((3, 0, 3)), np.zeros(0))
+    light = ReflectedLight(scene, caster, lights, Records(caster, nowhere, 1, 0), bounces)
+    origins, normals, generator = np.full((count, 3), 0.5), np.tile((0, 0, 1.0), (count, 1)), np.random.default_rng(3)
+    spots, rows = Spots(origins, normals, *frames(normals), np.zeros(count, np.int64)), np.arange(count)
+    directions = cosine_hemisphere(normals, generator.random((count, 2)))
+    hits = caster.first_hits(origins, directions)
+    look = Look(spots, rows, 1, 1.0, None, generator, None, np.zeros((count, 3)))
+    found = light.sent(look, rows, directions, hits.triangle, hits.points)
+    expected = np.pi * sum(albedo**n for n in range(1, min(bounces, MOST_FOLLOWED) + 1))
+    error = found[:, :3].std(axis=0) / np.sqrt(count)
+    assert np.array_equal(found[:, :3], found[:, 3:])
+    assert (np.abs(found[:, :3].mean(axis=0) - expected) < 4.0 * error + 1e-9).all()

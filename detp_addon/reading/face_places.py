@@ -10,7 +10,7 @@ from ...core.fit.shown_faces import FacePlaces, ShownFaces
 from .estimation_points import CornerPoints
 from .nearest_surface import nearest_places
 from .read_meshes import MeshSurface
-from .triangle_geometry import dots, has_area, normal_matrix, safe_unit
+from .triangle_geometry import dots, has_area, normal_matrices, safe_unit
 
 #: Seed of the places: the same for every bake, so that bakes of a scene differ by their light alone.
 _SEED = 0
@@ -124,7 +124,7 @@ def _on_surface(part: CornerPoints, surface: MeshSurface, centres: np.ndarray, n
     triangles, places = nearest_places(surface, local, safe_unit(normals @ linear)[0])
     found = triangles >= 0
     flat = surface.vertices[surface.triangles[triangles]]
-    across = np.cross(flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]) @ normal_matrix(part.matrix).T
+    across = np.cross(flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]) @ normal_matrices(part.matrix[None])[0].T
     facing, _ = safe_unit(across)
     # Rounded as its points are, unless the surface turns away there.
     smooth = dots(normals, facing) > _SMOOTH

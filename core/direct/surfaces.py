@@ -7,17 +7,21 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..rays import Hits, RayCaster
+from ..sides import BySide
 
 #: Surfaces that a ray or particle may pass straight through, all together, before it is given up.
 MOST_PASSAGES = 1024
 
 
 class Surfaces:
-    """The triangles of ``caster``, of which each lets ``transmittance`` (T, 3) of the light pass; None: nothing."""
+    """The triangles of ``caster``, of which each lets ``transmittance`` of the light pass, None: nothing.
+
+    That is (T, 3), or (2, T, 3) by the side that a ray meets (see :class:`.Scene`).
+    """
 
     def __init__(self, caster: RayCaster, transmittance: np.ndarray | None):
         self._caster = caster
-        self._transmittance = transmittance
+        self._transmittance = None if transmittance is None else BySide(transmittance, caster.normals)
 
     def met(
         self, origins: np.ndarray, directions: np.ndarray, reach: np.ndarray | float = np.inf
@@ -39,7 +43,7 @@ class Surfaces:
             yield rows, Hits(triangle, hits.points), share
             if self._transmittance is None:
                 return
-            share = share * self._transmittance[triangle]
+            share = share * self._transmittance.met(triangle, directions[rows])
             going = np.flatnonzero((triangle >= 0) & (share > 0).any(axis=1))
             if len(going) == 0:
                 return

@@ -14,6 +14,7 @@ from ..lights.light import SHADOW_DIMENSIONS, Light
 from ..rays import RayCaster
 from ..sampling import frames
 from ..scene import Scene
+from ..sides import BySide
 from .records import Landings, Records
 
 #: Rays are followed over so many landings at most; the light that is left there is next to nothing.
@@ -35,8 +36,8 @@ class ReflectedLight:
         self._surroundings = [light for light in lights if hasattr(light, "met")]
         self._looks = LooksByNumPy(self._surroundings, self._shadows, np.inf)
         self._looks.reflected = self
-        self._albedo = np.concatenate([scene.albedo, scene.albedo], axis=1)
-        self._reflects = scene.albedo.any(axis=1)
+        self._albedo = BySide(np.concatenate([scene.albedo, scene.albedo], axis=-1), caster.normals)
+        self._reflects = BySide(scene.albedo.any(axis=-1, keepdims=True), caster.normals)
         self.know(np.zeros((2 * len(records), 3)), np.zeros((2 * len(records), 3)))
 
     def know(self, direct: np.ndarray, indirect: np.ndarray) -> None:
@@ -51,7 +52,7 @@ class ReflectedLight:
         found = np.zeros((len(triangle), 6))
         if look.followed >= min(self._bounces, MOST_FOLLOWED):
             return found
-        met = np.flatnonzero((triangle >= 0) & self._reflects[triangle])
+        met = np.flatnonzero((triangle >= 0) & self._reflects.met(triangle, directions)[:, 0])
         rows, directions, triangle, places = (part.take(met, axis=0) for part in (rows, directions, triangle, places))
         landings = Landings.of(self._caster, look.rays.points.take(rows, axis=0), directions, triangle, places)
         cell = self._records.find(landings)
@@ -60,7 +61,7 @@ class ReflectedLight:
         unknown = np.flatnonzero(cell < 0)
         if len(unknown):
             irradiance[unknown] = self._around(look, landings.taken(unknown), rows.take(unknown))
-        irradiance *= self._albedo.take(triangle, axis=0)
+        irradiance *= self._albedo.met(triangle, directions)
         found[met] = irradiance
         return found
 

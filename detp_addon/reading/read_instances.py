@@ -14,12 +14,13 @@ from ..modifiers import repeats
 from ..units import metres_per_unit
 from .estimation_points import CornerPoints, place_points
 from .findings import Findings
+from .placed_values import Standing
 from .read_lights import read_light
 from .read_materials import Materials
 from .read_meshes import MeshSurface, read_mesh, rendered_mesh, respond
 from .read_world import world_colour
 from .render_settings import note_object, note_scene
-from .response import Response
+from .response import Optics
 
 #: kinds of objects that a render shows and that give no mesh
 _NO_MESH = {
@@ -33,10 +34,15 @@ _NO_MESH = {
 
 @dataclass(frozen=True)
 class Placement:
-    """A mesh as it stands in the world: the row of its surface and the matrix (4, 4) that takes it there, in metres."""
+    """A mesh as it stands in the world: the row of its surface and the matrix (4, 4) that takes it there, in metres.
+
+    ``diffuse`` and ``shadow``: whether such rays meet it.
+    """
 
     surface: int
     matrix: np.ndarray
+    diffuse: bool = True
+    shadow: bool = True
 
 
 @dataclass(frozen=True)
@@ -55,7 +61,7 @@ class TargetPoints:
 class RenderedObjects:
     """What a render shows.
 
-    surfaces    each evaluated mesh once; responses: what its triangles do to light
+    surfaces    each evaluated mesh once, or as often as it looks different; optics: what its triangles do to light
     placements  where they stand
     targets     the objects to bake; editing: the names of those that would be, were they not open in Edit Mode
     lights      lamps
@@ -63,7 +69,7 @@ class RenderedObjects:
     """
 
     surfaces: list[MeshSurface] = field(default_factory=list)
-    responses: list[Response] = field(default_factory=list)
+    optics: list[Optics] = field(default_factory=list)
     placements: list[Placement] = field(default_factory=list)
     targets: list[TargetPoints] = field(default_factory=list)
     editing: list[str] = field(default_factory=list)
@@ -84,7 +90,7 @@ def read_instances(depsgraph, wanted: set | None, findings: Findings, written: S
     )
     materials = Materials(findings)
     lit, metres = baked_names(), metres_per_unit(depsgraph.scene)
-    rows: dict[tuple, int] = {}
+    known: dict[tuple, tuple[MeshSurface, int]] = {}
     placed: dict[bpy.types.Object, int | None] = {}
     for instance in depsgraph.object_instances:
         obj = instance.object
@@ -92,7 +98,8 @@ def read_instances(depsgraph, wanted: set | None, findings: Findings, written: S
             findings.left_out("{}", _NO_MESH[obj.type], obj.name)
         if obj.type not in ("MESH", "LIGHT") or not instance.show_self:
             continue
-        if not _seen(instance, findings):
+        diffuse, shadow = _seen(instance, findings)
+        if not (diffuse or (shadow and obj.type == "MESH")):
             continue
         placed[obj.original] = None
         matrix = np.array(instance.matrix_world, np.float64)
@@ -102,34 +109,38 @@ def read_instances(depsgraph, wanted: set | None, findings: Findings, written: S
             continue
         slots = [layer.material_override] * bool(layer.material_override) or _slots(obj)
         key = (obj.data.as_pointer(), *(slot.as_pointer() if slot else 0 for slot in slots))
-        if key not in rows:
-            rows[key] = len(read.surfaces)
+        if key not in known:
             layers = colour_layers(obj.original.data, written, lit) if obj.original.type == "MESH" else NO_LAYERS
             with rendered_mesh(obj) as mesh:
-                read.surfaces.append(read_mesh(mesh, slots, materials, layers, findings, obj.name))
-        placed[obj.original] = rows[key]
-        _add_mesh(read, instance, rows[key], matrix, wanted, findings)
-    read.responses.extend(respond(read.surfaces, materials))
-    shines = [bool(response.emission.any()) for response in read.responses]
-    mirrors = any(array.any() for response in read.responses for array in (response.mirror, response.clear))
+                known[key] = read_mesh(mesh, slots, materials, layers, findings, obj.name), len(read.surfaces)
+            if not known[key][0].placed_needs:
+                read.surfaces.append(known[key][0])
+        surface, row = known[key]
+        if surface.placed_needs:
+            row = len(read.surfaces)
+            read.surfaces.append(surface.placed(Standing.of(instance, depsgraph)))
+        placed[obj.original] = row
+        _add_mesh(read, instance, Placement(row, matrix, diffuse, shadow), wanted, findings)
+    read.optics.extend(respond(read.surfaces, materials))
+    shines = [optics.shines for optics in read.optics]
+    mirrors = any(array.any() for optics in read.optics for array in (optics.front.mirror, optics.front.clear))
     for obj, row in placed.items():
         note_object(obj, row is not None and shines[row], mirrors, findings)
     note_scene(depsgraph.scene, layer, world, mirrors, findings)
     return read
 
 
-def _seen(instance, findings: Findings) -> bool:
-    """Whether diffuse light meets the object; an instance is seen as its instancer allows."""
+def _seen(instance, findings: Findings) -> tuple[bool, bool]:
+    """Whether diffuse rays meet the object, and whether shadow rays do; an instance is met as its instancer allows."""
     obj = instance.object
     owners = [obj, instance.parent] if instance.is_instance and instance.parent is not None else [obj]
-    if not all(owner.visible_diffuse for owner in owners):
-        shades = obj.type == "MESH" and all(owner.visible_shadow for owner in owners)
-        shadow = ", with the shadow that Cycles gives it" if shades else ""
-        findings.left_out(f"{{}}, hidden from diffuse light{shadow}", "object", obj.name)
-        return False
-    if obj.type == "MESH" and not all(owner.visible_shadow for owner in owners):
-        findings.left_out("light that passes through {} that cast no shadow in Cycles", "object", obj.name)
-    return True
+    diffuse, shadow = all(owner.visible_diffuse for owner in owners), all(owner.visible_shadow for owner in owners)
+    if not diffuse and not (shadow and obj.type == "MESH"):
+        findings.left_out("{}, hidden from diffuse light", "object", obj.name)
+    elif obj.type == "MESH" and not (diffuse and shadow):
+        hidden = "shadow rays" if diffuse else "diffuse rays"
+        findings.modelled(f"{{}} hidden from {hidden}", "object", obj.name)
+    return diffuse, shadow
 
 
 def _slots(obj) -> list:
@@ -150,14 +161,15 @@ def _add_light(lights: list[Light], obj, matrix: np.ndarray, metres: float, find
         lights.append(light)
 
 
-def _add_mesh(read: RenderedObjects, instance, row: int, matrix: np.ndarray, wanted, findings) -> None:
+def _add_mesh(read: RenderedObjects, instance, placement: Placement, wanted, findings) -> None:
     obj = instance.object
     original = obj.original
+    row, matrix = placement.surface, placement.matrix
     surface = read.surfaces[row]
     if not np.isfinite(matrix).all():
         findings.warn("objects whose place is not a number are left out: {}", "object", obj.name)
         return
-    read.placements.append(Placement(row, matrix))
+    read.placements.append(placement)
     if instance.is_instance:
         # Curves and texts come as instances of themselves.
         if instance.parent is not None and instance.parent.original != original:

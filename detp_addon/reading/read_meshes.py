@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from ..baked_layers import ColourLayers
 from .findings import Findings
 from .glass_bodies import settled
-from .read_attributes import corner_values
+from .placed_values import BASES, Standing, placed_value
+from .read_attributes import corner_values, stored_normals
 from .read_materials import Materials, Recipe
-from .response import Response
+from .response import Optics, Response
 from .triangle_geometry import has_area
+from .views import VIEWS, same_view
 
 
 @dataclass(frozen=True)
@@ -38,6 +41,22 @@ class MeshSurface:
     recipe_rows: np.ndarray
     attributes: dict[tuple[str, str], np.ndarray]
     normals: np.ndarray | None
+
+    @cached_property
+    def asks(self) -> frozenset[str]:
+        """What the recipes of the triangles depend on besides the place."""
+        return frozenset().union(*(self.recipes[row].asks for row in np.unique(self.recipe_rows)))
+
+    @property
+    def placed_needs(self) -> frozenset[tuple[str, str]]:
+        """What the recipes need that each object gives anew."""
+        return frozenset(key for recipe in self.recipes for key in recipe.needs if key in BASES or key[0] in BASES)
+
+    def placed(self, standing: Standing) -> MeshSurface:
+        """The same with what an object gives that wears it."""
+        corners = int(self.corners.max(initial=-1)) + 1
+        own = {key: placed_value(key, standing, self.attributes, corners) for key in self.placed_needs}
+        return replace(self, attributes=self.attributes | own)
 
 
 @contextmanager
@@ -69,7 +88,8 @@ def read_mesh(
         findings.warn("faces with vertices that are not numbers are left out of {}", "object", name)
     vertices = np.where(finite[:, None], vertices, 0.0)
     recipes, rows = _recipes(mesh, slots, materials, len(triangles))
-    needs = sorted(set().union(*(recipe.needs for recipe in recipes)))
+    needs = set().union(*(recipe.needs for recipe in recipes))
+    needs = sorted({BASES.get(key, BASES.get(key[0], key)) for key in needs} - {None})
     return MeshSurface(
         vertices,
         triangles,
@@ -89,16 +109,6 @@ def vertex_positions(mesh) -> np.ndarray:
     return values.astype(np.float64).reshape(-1, 3)
 
 
-def stored_normals(mesh) -> np.ndarray:
-    """The normal (C, 3) that Blender gives each face corner, zero where it is not a number."""
-    values = np.zeros(3 * len(mesh.loops), np.float32)
-    custom = mesh.attributes.get("custom_normal")
-    # Blender 4.5 aborts when it is asked for corners' normals that a script has stored on edges.
-    if custom is None or custom.domain != "EDGE":
-        mesh.corner_normals.foreach_get("vector", values)
-    return np.nan_to_num(values.astype(np.float64).reshape(-1, 3), posinf=0.0, neginf=0.0)
-
-
 def corner_vertex_indices(mesh) -> np.ndarray:
     """The vertex (C,) of each face corner."""
     values = np.empty(len(mesh.loops), np.int32)
@@ -106,15 +116,19 @@ def corner_vertex_indices(mesh) -> np.ndarray:
     return values
 
 
-def respond(surfaces: list[MeshSurface], materials: Materials) -> list[Response]:
-    """What the triangles of each surface do to light, T rows each; all triangles of a material at once."""
-    responses = [Response.none(len(surface.triangles)) for surface in surfaces]
+def respond(surfaces: list[MeshSurface], materials: Materials) -> list[Optics]:
+    """What the triangles of each surface do to light; all triangles of a material at once."""
+    numbers = range(len(VIEWS))
+    responses = [
+        {same_view(number, surface.asks): Response.none(len(surface.triangles)) for number in numbers}
+        for surface in surfaces
+    ]
     wearers: dict[int, tuple[Recipe, list]] = {}
-    for surface, response in zip(surfaces, responses, strict=True):
+    for surface, found in zip(surfaces, responses, strict=True):
         for row in np.unique(surface.recipe_rows):
             recipe = surface.recipes[row]
             rows = np.flatnonzero(surface.recipe_rows == row)
-            wearers.setdefault(id(recipe), (recipe, []))[1].append((surface, response, rows))
+            wearers.setdefault(id(recipe), (recipe, []))[1].append((surface, found, rows))
     for recipe, parts in wearers.values():
         corners = {
             key: np.concatenate([surface.attributes[key][surface.corners[rows]] for surface, _, rows in parts])
@@ -122,13 +136,18 @@ def respond(surfaces: list[MeshSurface], materials: Materials) -> list[Response]
         }
         whole = materials.evaluate(recipe, corners, sum(len(rows) for _, _, rows in parts))
         start = 0
-        for _, response, rows in parts:
+        for _, found, rows in parts:
             here = slice(start, start + len(rows))
-            for array, values in zip(response.arrays, whole.arrays, strict=True):
-                array[rows] = values[here]
+            for number, response in found.items():
+                of_recipe = whole[same_view(number, recipe.asks)]
+                for array, values in zip(response.arrays, of_recipe.arrays, strict=True):
+                    array[rows] = values[here]
             start = here.stop
-    pairs = zip(surfaces, responses, strict=True)
-    return [settled(response, surface.vertices, surface.triangles) for surface, response in pairs]
+    optics = []
+    for surface, found in zip(surfaces, responses, strict=True):
+        views = {number: settled(view, surface.vertices, surface.triangles) for number, view in found.items()}
+        optics.append(Optics(tuple(views[same_view(number, surface.asks)] for number in numbers)))
+    return optics
 
 
 def _recipes(mesh, slots: list, materials: Materials, count: int) -> tuple[tuple[Recipe, ...], np.ndarray]:

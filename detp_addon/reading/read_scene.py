@@ -92,7 +92,7 @@ def read_scene(
     wanted = None if targets is None else _bakeable(targets, findings)
     visit = partial(read_instances, wanted=wanted, findings=findings, written=written)
     read = view_as_render(context_scene, view_layer, visit)
-    scene = _scene(read, _world_light(read, context_scene, view_layer, findings))
+    scene = _scene(read, _world_light(read, context_scene, view_layer, findings), findings)
     baked, points = _targets(read, scene, domain)
     if targets is not None:
         _name_missing(wanted, {target.object_name for target in baked}, findings)
@@ -111,8 +111,8 @@ def read_scene(
 
 def _shining(read: RenderedObjects) -> int:
     """How many objects give light by their materials."""
-    shines = [bool(response.emission.any()) for response in read.responses]
-    return sum(shines[placement.surface] for placement in read.placements)
+    shines = [optics.shines for optics in read.optics]
+    return sum(shines[placement.surface] and placement.diffuse for placement in read.placements)
 
 
 def _bakeable(targets: list[bpy.types.Object], findings: Findings) -> set[bpy.types.Object]:
@@ -144,13 +144,13 @@ def _world_light(read: RenderedObjects, context_scene, view_layer, findings: Fin
     return [EnvironmentWorld(picture)]
 
 
-def _scene(read: RenderedObjects, world: list[Light]) -> Scene:
+def _scene(read: RenderedObjects, world: list[Light], findings: Findings) -> Scene:
     """Everything in world space, without the triangles that have no area there."""
     vertices, triangles, kept, specular = [np.zeros((0, 3))], [np.zeros((0, 3), np.int64)], [], []
     start = count = 0
     for placement in read.placements:
         surface, matrix = read.surfaces[placement.surface], placement.matrix
-        response = read.responses[placement.surface]
+        optics = read.optics[placement.surface].seen_by(placement.diffuse, placement.shadow)
         placed = surface.vertices @ matrix[:3, :3].T + matrix[:3, 3]
         volume = determinant(matrix)
         keeps = surface.kept
@@ -161,17 +161,29 @@ def _scene(read: RenderedObjects, world: list[Light]) -> Scene:
         corners = surface.triangles[keeps][:, order]
         vertices.append(placed)
         triangles.append(corners + start)
-        kept.append((response, keeps))
-        specular.append(specular_part(surface, response, matrix, placed, keeps, order, count))
+        kept.append((optics, keeps))
+        specular.append(specular_part(surface, optics.front, matrix, placed, keeps, order, count))
         start += len(placed)
         count += len(corners)
 
-    def joined(name: str) -> np.ndarray:
-        return np.concatenate([np.zeros((0, 3)), *(getattr(response, name)[keeps] for response, keeps in kept)])
+    def joined(name: str, first: int) -> np.ndarray:
+        """By the views from the ``first`` on: (T, 3), or (2, T, 3) when any triangle's sides differ."""
+        sides = [first, first + 1] if any(o.views[first] is not o.views[first + 1] for o, _ in kept) else [first]
+        found = [
+            np.concatenate([np.zeros((0, 3)), *(getattr(o.views[side], name)[keeps] for o, keeps in kept)])
+            for side in sides
+        ]
+        return found[0] if len(found) == 1 else np.stack(found)
 
-    optics = (joined(name) for name in ("albedo", "emission", "transmittance"))
+    by_rays = any(o.views[side] is not o.views[side + 2] for o, _ in kept for side in (0, 1))
     lights = (*read.lights, *world)
-    return Scene(np.concatenate(vertices), np.concatenate(triangles), *optics, lights, joined_specular(specular))
+    if by_rays and world:
+        sentence = "shadow rays to the world: what they pass otherwise than diffuse rays do, the world's light does not"
+        findings.left_out(sentence)
+    return Scene(
+        np.concatenate(vertices), np.concatenate(triangles), joined("albedo", 0), joined("emission", 4),
+        joined("transmittance", 0), lights, joined_specular(specular), joined("transmittance", 2) if by_rays else None,
+    )  # fmt: skip
 
 
 def _targets(read: RenderedObjects, scene: Scene, domain: str) -> tuple[tuple[BakeTarget, ...], SettledPoints]:
@@ -180,9 +192,9 @@ def _targets(read: RenderedObjects, scene: Scene, domain: str) -> tuple[tuple[Ba
     settled = settled_points([target.points for target in read.targets], surfaces, scene, domain)
     targets = []
     for target, rows in zip(read.targets, settled.rows, strict=True):
-        response = read.responses[target.surface]
-        albedo = _element_means(target, response.colour, DEFAULT_ALBEDO, domain)
-        emission = _element_means(target, response.emission, 0.0, domain)
+        optics = read.optics[target.surface]
+        albedo = _element_means(target, optics.front.colour, DEFAULT_ALBEDO, domain)
+        emission = _element_means(target, optics.emission, 0.0, domain)
         targets.append(BakeTarget(target.object_name, target.library, target.mesh_name, domain, rows, albedo, emission))
     return tuple(targets), settled
 

@@ -17,14 +17,14 @@ DEFAULT_ALBEDO = 0.8
 class Shaders:
     """Reads the response of shader sockets from the ``values`` of their inputs.
 
-    ``left_out`` is called with each feature that is met and not modelled. Attribute ``specular``: whether a shader was
-    met that may mirror or refract.
+    ``left_out`` is called with each feature that is met and not modelled. Attributes: whether a shader was met that may
+    mirror or refract (``specular``), or let light pass straight (``passes``).
     """
 
     def __init__(self, values: Values, left_out):
         self.values = values
         self.left_out = left_out
-        self.specular = False
+        self.specular = self.passes = False
         self._known = Remembered(in_a_loop=Response.of())
 
     def response(self, feed: Feed) -> Response:
@@ -75,9 +75,15 @@ def _principled(shaders: Shaders, node, groups) -> Response:
     roughness = value("Roughness")
     opaque = Response.of(base * (1 - metallic - clear), emission, mirror=base * metallic, roughness=roughness)
     glass = Response.of(gloss=clear, clear=clear * tint, roughness=roughness, ior=value("IOR"))
+    shaders.passes |= _opens(shaders, node, groups)
     whole = opaque.plus(straightened(glass, sheet=True) if thin else glass)
     shaders.specular |= shaders.used(node, "Metallic", groups) or shaders.used(node, "Transmission Weight", groups)
     return whole.scaled(alpha).plus(Response.of(transmittance=1 - alpha))
+
+
+def _opens(shaders: Shaders, node, groups) -> bool:
+    """Whether a Principled shader's alpha may be below one."""
+    return shaders.values.linked(node, "Alpha", groups) or find_input(node, "Alpha").default_value < 1.0
 
 
 def _note_principled(shaders: Shaders, node, groups, partly_diffuse: bool) -> None:
@@ -139,6 +145,7 @@ def _glass(shaders: Shaders, node, groups) -> Response:
 
 
 def _transparent(shaders: Shaders, node, groups) -> Response:
+    shaders.passes = True
     return Response.of(transmittance=shaders.values.input(node, "Color", groups))
 
 

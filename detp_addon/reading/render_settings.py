@@ -157,13 +157,13 @@ def note_scene(scene, view_layer, world, mirrors: bool, findings: Findings) -> N
 
 
 def note_reflections(scene, albedo: np.ndarray, findings: Findings) -> None:
-    """Say that surfaces of this ``albedo`` (T, 3) reflect, and whether more often than the scene lets Cycles follow."""
+    """Say that surfaces of this ``albedo`` (..., 3) reflect, and whether beyond what the scene lets Cycles follow."""
     if not albedo.any():
         return
     findings.modelled("diffuse bounces")
     cycles = getattr(scene, "cycles", None)
     most = FAR if cycles is None else min(cycles.diffuse_bounces, cycles.max_bounces)
-    if most < FAR and albedo.mean(axis=0).max() ** (most + 1) > WORTH_A_WORD:
+    if most < FAR and albedo.reshape(-1, 3).mean(axis=0).max() ** (most + 1) > WORTH_A_WORD:
         findings.modelled(f"light after the {most} reflections at which the scene lets Cycles stop")
 
 

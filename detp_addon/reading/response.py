@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -82,6 +82,47 @@ class Response:
     def joined(parts: list[Response]) -> Response:
         """All places of ``parts`` in their order; ``parts`` holds at least one."""
         return Response(*(np.concatenate(arrays) for arrays in zip(*(part.arrays for part in parts), strict=True)))
+
+
+@dataclass(frozen=True)
+class Optics:
+    """What triangles do to light: a response (T rows) for each of VIEWS (views.py), the same one where nothing differs.
+
+    Between surfaces, and from the world, light meets the first two, of fronts and of backs; on its way from lamps and
+    what shines the next two let it pass; and the last two shine.
+    """
+
+    views: tuple[Response, ...]
+
+    @property
+    def front(self) -> Response:
+        """What fronts do to light between surfaces."""
+        return self.views[0]
+
+    @property
+    def emission(self) -> np.ndarray:
+        """Radiance (T, 3) that fronts give off, W/(m^2 sr)."""
+        return self.views[4].emission
+
+    @property
+    def shines(self) -> bool:
+        """Whether any side gives light off."""
+        return bool(self.views[4].emission.any() or self.views[5].emission.any())
+
+    def seen_by(self, diffuse: bool, shadow: bool) -> Optics:
+        """The same of an object that ``diffuse`` rays, or ``shadow`` rays, do not meet."""
+        between, straight, shining = self.views[:2], self.views[2:4], self.views[4:]
+        if not diffuse:
+            # Nothing shines that the rays do not meet.
+            between = shining = 2 * (_clear(self.front),)
+        if not shadow:
+            straight = 2 * (_clear(self.front),)
+        return Optics((*between, *straight, *shining))
+
+
+def _clear(response: Response) -> Response:
+    nothing = response.each(np.zeros_like)
+    return replace(nothing, transmittance=np.ones_like(response.transmittance))
 
 
 def _glass(gloss: np.ndarray, clear: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...core.errors import SceneBusyError
 from .render_view import render, temporary_scene
-from .surface_places import WORLD_RAYS
+from .views import WORLD_RAYS
 
 #: size of the picture; the sun is about one and a half pixels wide
 WIDTH, HEIGHT = 1024, 512

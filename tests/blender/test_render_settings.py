@@ -150,28 +150,10 @@ def test_holdouts_and_indirect_only_collections_light_as_others_do(scene):
         setattr(layer, prop, False)
 
 
-def test_an_object_hidden_from_diffuse_light_loses_its_shadow_and_that_is_said():
-    obj = quad("ghost", location=(0, 0, 1))
-    obj.visible_diffuse = False
-    assert any("ghost" in sentence and "shadow" in sentence for sentence in read().left_out)
-    obj.visible_shadow = False
-    assert not any("shadow" in sentence for sentence in read().left_out)
-
-
 def test_a_scene_without_a_world_has_no_settings_of_one(scene):
     scene.world = None
     lamp("SUN", energy=1.0)
     assert read().left_out == ()
-
-
-def test_transparent_shadows_that_are_switched_off_are_named():
-    made = material(lambda tree: node(tree, "ShaderNodeBsdfTransparent", Color=(0.5, 0.5, 0.5, 1)), "veil")
-    solid = material(lambda tree: node(tree, "ShaderNodeBsdfDiffuse"), "solid")
-    for number, paint in enumerate((made, solid)):
-        paint.use_transparent_shadow = False
-        quad("pane", location=(0, 0, 1 + number)).data.materials.append(paint)
-    (sentence,) = read().left_out
-    assert "transparent shadows of 1 material (veil)" in sentence
 
 
 @pytest.mark.parametrize("albedo, limit, said", [(0.8, 4, True), (0.2, 4, False), (0.8, 64, False), (0.95, 32, True)])

@@ -4,7 +4,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from detp.detp_addon.reading.render_settings import NAMED, USUAL_LIMITS, decision  # noqa: E402
+from detp.detp_addon.reading.render_settings import USUAL_LIMITS  # noqa: E402
 from made_scenes import diffuse, fresh, lamp, material, node, quad, read  # noqa: E402
 
 
@@ -25,34 +25,6 @@ def mirror():
     quad("mirror", location=(0, 0, 3)).data.materials.append(
         material(lambda tree: node(tree, "ShaderNodeBsdfGlossy", Roughness=0.0))
     )
-
-
-def walked(scene):
-    """Kind of settings -> the properties that this Blender has."""
-    obj, light = bpy.data.objects["floor"], bpy.data.lights.new("lamp", "AREA")
-    of_objects = ("visible_", "is_holdout", "is_shadow_catcher", "hide_render")
-    made = {
-        "scene": scene.cycles, "object": obj.cycles, "light": light.cycles, "world": scene.world.cycles,
-        "world in mirrors": scene.world.cycles_visibility, "view layer": scene.view_layers[0],
-        "collection": scene.view_layers[0].layer_collection, "light linking": obj.light_linking,
-        "material": bpy.data.materials.new("paint").cycles,
-    }  # fmt: skip
-    walk = {kind: [prop.identifier for prop in made[kind].bl_rna.properties] for kind in made}
-    walk["visibility"] = [name for name in obj.bl_rna.properties.keys() if name.startswith(of_objects)]
-    return {kind: [name for name in names if name not in ("rna_type", "name")] for kind, names in walk.items()}
-
-
-def test_every_property_of_cycles_has_been_decided_on(scene):
-    walk = walked(scene)
-    in_mirrors = set(NAMED["visibility in mirrors"])
-    missing = [
-        f"{kind}.{name}"
-        for kind, names in walk.items()
-        for name in names
-        if decision(kind, name) is None and not (kind == "visibility" and name in in_mirrors)
-    ]
-    assert missing == []
-    assert sum(len(names) for names in walk.values()) > 150
 
 
 def test_blenders_usual_settings_need_no_word(scene):

@@ -41,7 +41,7 @@ class Images:
         if image.source == "TILED":
             self._findings.warn("only the first tile is read of {}", "tiled image", image.name)
         had_data = image.has_data
-        pixels = _pixels(image)
+        pixels = pixels_of(image)
         if pixels is None:
             self._findings.warn("missing images count as grey: {}", "image", image.name)
             return _plain(MISSING)
@@ -57,7 +57,7 @@ def _plain(rgba: np.ndarray) -> TexturePyramid:
     return TexturePyramid.of(rgba[None, None, :], associated=True)
 
 
-def _pixels(image) -> np.ndarray | None:
+def pixels_of(image) -> np.ndarray | None:
     """The image's values as stored (H, W, 1 to 4), row 0 at the bottom; None when the file is missing."""
     width, height = image.size
     channels = image.channels

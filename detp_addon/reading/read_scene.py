@@ -22,7 +22,7 @@ from .render_settings import note_reflections
 from .render_view import view_as_render
 from .settled_corners import SettledPoints, settled_points
 from .triangle_geometry import determinant, has_area
-from .world_picture import world_picture
+from .world_picture import world_lights
 
 #: an object whose volume scales by less than this share of its largest scale cubed may have lost triangles
 _FLAT = 1e-6
@@ -136,12 +136,14 @@ def _world_light(read: RenderedObjects, context_scene, view_layer, findings: Fin
             return []
         findings.modelled("a world of one colour")
         return [UniformWorld(read.radiance)]
-    picture = world_picture(read.world, context_scene.frame_current)
+    picture, suns = world_lights(read.world, context_scene.frame_current, findings.left_out)
+    for sun in suns:
+        findings.modelled(f"a sun of the world, {np.degrees(sun.angle):.2g} degrees wide, as a light of its own")
     if not picture.any():
-        return []
+        return suns
     height, width = picture.shape[:2]
     findings.modelled(f"the world's sky or image, as Cycles shows it in {width} x {height} pixels")
-    return [EnvironmentWorld(picture)]
+    return [*suns, EnvironmentWorld(picture)]
 
 
 def _scene(read: RenderedObjects, world: list[Light], findings: Findings) -> Scene:

@@ -39,6 +39,9 @@ CLOSE, _CLOSE_SAMPLES = 96, 32
 #: suns have more than this share of the world's light, and, of images, are smaller than this many radians
 _LEAST_SUN, _SMALL = 1e-3, 0.02
 
+#: what surrounds them is darker than this share of their brightest
+_BESIDE = 0.05
+
 
 def world_lights(world, frame: int, left_out) -> tuple[np.ndarray, list[SunLight]]:
     """What diffuse surfaces receive from ``world``: radiance (HEIGHT, WIDTH, 3), in the layout of EnvironmentWorld, and
@@ -97,9 +100,11 @@ def _taken_out(picture: np.ndarray, spot: Spot, near: np.ndarray) -> SunLight | 
     flux = (excess * solid_angle[..., None]).sum(axis=(0, 1))
     directions, sizes = pixel_directions(HEIGHT, WIDTH)
     whole = np.abs(picture).max(axis=2) @ np.ones(WIDTH) @ sizes + np.abs(flux).max()
-    if np.abs(flux).max() <= _LEAST_SUN * whole:
-        return None
     weight = np.maximum(excess.sum(axis=2), 0.0) * solid_angle
+    strength = excess.max(axis=2)
+    alone = strength[ring].max() <= _BESIDE * strength.max()
+    if np.abs(flux).max() <= _LEAST_SUN * whole or not weight.any() or not alone:
+        return None
     middle = np.array([(weight * across).sum(), (weight * up).sum()]) / weight.sum()
     turn = np.array(Vector(spot.towards).to_track_quat("-Z", "Y").to_matrix())
     if spot.disc is not None:

@@ -65,6 +65,11 @@ def shining(tree, build: Callable) -> bpy.types.NodeSocket:
     return emission.outputs[0]
 
 
+def new_file() -> None:
+    """An empty one, in place of what is open."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+
+
 @dataclass(frozen=True)
 class Zoo:
     """One mesh, ``obj``, with a triangle for each of some shaders."""
@@ -73,8 +78,8 @@ class Zoo:
 
     @classmethod
     def of(cls, shaders: list[Callable]) -> Zoo:
-        """Of the materials whose surface ``shader(tree)`` returns; in an empty scene."""
-        bpy.ops.wm.read_factory_settings(use_empty=True)
+        """Of the materials whose surface ``shader(tree)`` returns; in a new file."""
+        new_file()
         generator, count = np.random.default_rng(3), len(shaders)
         side = int(np.ceil(np.sqrt(count)))
         column, row = np.arange(count) % side, np.arange(count) // side

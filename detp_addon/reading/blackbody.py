@@ -44,15 +44,14 @@ _BLUE = np.array(
 
 
 def blackbody(kelvin: np.ndarray) -> np.ndarray:
-    """Linear Rec. 709 colour (m, 3) of luminance 1 at temperatures (m, 1) in kelvin, none negative.
+    """Linear Rec. 709 colour (m, 3) of luminance 1 at temperatures (m, 1) in kelvin, negative where it lies outside.
 
-    Planck's law seen by the CIE 1931 observer, in the pieces by which Cycles fits it (Blender Foundation), so that low
-    temperatures, whose colours lie outside of what Rec. 709 can show, are cut as there. Like the node, it stays at the
-    ends of 800..12000 K.
+    Planck's law seen by the CIE 1931 observer, in the pieces by which Cycles fits it (Blender Foundation). Like the
+    node, it stays at the ends of 800..12000 K.
     """
     kelvin = np.clip(kelvin[:, 0], 800.0, 12000.0)
     row = np.searchsorted(_FROM, kelvin, side="right") - 1
     red, green = (fit[row, 0] / kelvin + fit[row, 1] * kelvin + fit[row, 2] for fit in (_RED, _GREEN))
     a, b, c, d = _BLUE[row].T
     blue = ((a * kelvin + b) * kelvin + c) * kelvin + d
-    return np.maximum(np.stack([red, green, blue], axis=1), 0.0)
+    return np.stack([red, green, blue], axis=1)

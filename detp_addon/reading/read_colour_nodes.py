@@ -6,7 +6,8 @@ import numpy as np
 
 from .arithmetic import MATH, VECTOR_MATH, dot, refracted, smooth, turned, unit
 from .colour_mixing import BLENDS, from_hsl, to_hsl, to_hsv, to_rgb
-from .read_values import LUMINANCE, Values
+from .read_values import Values
+from .working_space import luminance
 
 #: steps of the tables that stand for ramps and curves
 _TABLE = np.linspace(0.0, 1.0, 257)
@@ -206,7 +207,7 @@ def _combine(values: Values, node, output, groups):
 
 
 def _grey(values: Values, node, output, groups):
-    return values.input(node, "Color", groups) @ LUMINANCE[:, None]
+    return luminance(values.input(node, "Color", groups))
 
 
 COLOUR_RULES = {

@@ -9,6 +9,7 @@ from .arithmetic import unit
 from .blackbody import blackbody
 from .read_node_graph import feed_of, find_input
 from .read_values import UNKNOWN, Values, constant
+from .working_space import from_rec709
 
 #: procedural patterns, which count as their mean
 PATTERNS = ("Noise", "Voronoi", "Musgrave", "Wave", "Magic", "Gradient", "WhiteNoise", "Gabor", "Brick", "Checker")
@@ -163,7 +164,7 @@ def _light_falloff(values: Values, node, output, groups):
 
 
 def _blackbody(values: Values, node, output, groups):
-    return blackbody(values.input(node, "Temperature", groups))
+    return np.maximum(from_rec709(blackbody(values.input(node, "Temperature", groups))), 0.0)
 
 
 def _occlusion(values: Values, node, output, groups):

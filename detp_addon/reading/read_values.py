@@ -9,9 +9,7 @@ import numpy as np
 
 from .read_node_graph import Feed, feed_of, find_input
 from .remembered import Remembered
-
-#: Rec. 709 luminance, by which Cycles turns a colour into a number
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+from .working_space import luminance
 
 #: coordinates of which nothing is known: an image is then taken as its mean
 UNKNOWN = np.full((1, 3), np.nan)
@@ -122,7 +120,7 @@ def converted(value: np.ndarray, source: str, target: str) -> np.ndarray:
         return np.repeat(value, 3, axis=1) if value.shape[1] == 1 else value
     if value.shape[1] == 1:
         return value
-    return value @ LUMINANCE[:, None] if source == "RGBA" else value.mean(axis=1, keepdims=True)
+    return luminance(value) if source == "RGBA" else value.mean(axis=1, keepdims=True)
 
 
 def described(node) -> str:

@@ -11,19 +11,25 @@ from .checks import float_rows, index_rows
 from .errors import InvalidArrayError, NoMeshError
 from .lights.light import Light
 from .photons.specular import Specular
+from .sides import sided_rows
 
 
 @dataclass(frozen=True)
 class Scene:
     """Triangles and lights; surfaces are Lambertian reflectors and emitters on both sides, and may also be specular.
 
+    What differs by the side that light or a ray meets has the shape (2, T, 3) instead of (T, 3): front, back.
+
     vertices       (V, 3) positions in metres
     triangles      (T, 3) vertex indices
     albedo         (T, 3) diffusely reflected share of the light, RGB, 0..1
     emission       (T, 3) emitted radiance in W/(m^2 sr), RGB, from each of the two sides
-    transmittance  (T, 3) share that goes straight on through the surface, RGB, 0..1 (alpha, thin glass)
+    transmittance  (T, 3) share that goes straight on through the surface, RGB, 0..1 (alpha, thin glass), by the side
+                   that who receives the light sees
     lights         lamps and the world; emissive triangles are not repeated here
     specular       the triangles that also mirror or refract light, None when the scene has none
+    unshaded       (T, 3) ``transmittance`` for light on its straight way from lamps and shining triangles, where it is
+                   another than for light from the world and from surfaces; None: the same
 
     Raises InvalidArrayError on shapes, indices or values that are not as above, NoMeshError without
     triangles.
@@ -36,6 +42,7 @@ class Scene:
     transmittance: np.ndarray
     lights: tuple[Light, ...] = field(default=())
     specular: Specular | None = None
+    unshaded: np.ndarray | None = None
 
     def __post_init__(self):
         vertices = float_rows(self.vertices, "vertices")
@@ -46,14 +53,14 @@ class Scene:
         checked = {
             "vertices": vertices,
             "triangles": triangles,
-            "albedo": float_rows(self.albedo, "albedo", 3, count),
-            "emission": float_rows(self.emission, "emission", 3, count),
-            "transmittance": float_rows(self.transmittance, "transmittance", 3, count),
+            **{name: sided_rows(getattr(self, name), name, count) for name in ("albedo", "emission", "transmittance")},
             "lights": tuple(self.lights),
         }
         if self.specular is not None and len(self.specular.triangles) and self.specular.triangles[-1] >= count:
             raise InvalidArrayError(f"specular triangles must be rows of the {count} triangles.")
-        for name in ("albedo", "transmittance"):
+        if self.unshaded is not None:
+            checked["unshaded"] = sided_rows(self.unshaded, "unshaded", count)
+        for name in {"albedo", "transmittance", "unshaded"} & set(checked):
             if (checked[name] < 0).any():
                 raise InvalidArrayError(f"{name} must not be negative.")
         for name, value in checked.items():

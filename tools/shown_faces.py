@@ -6,7 +6,8 @@ import bpy
 import numpy as np
 from detp.core.triangles import normals_and_areas
 from detp.detp_addon.reading.nearest_surface import nearest_places
-from detp.detp_addon.reading.read_meshes import MeshSurface, corner_vertex_indices, stored_normals, vertex_positions
+from detp.detp_addon.reading.read_attributes import stored_normals
+from detp.detp_addon.reading.read_meshes import MeshSurface, corner_vertex_indices, vertex_positions
 from detp.detp_addon.reading.render_view import view_as_render
 from detp.detp_addon.reading.triangle_geometry import has_area
 

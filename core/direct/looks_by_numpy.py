@@ -11,6 +11,7 @@ from .direction_guide import SIDE, Sightings, cells
 from .looks import Look, ReflectedLight
 from .round_sums import net_means
 from .shadows import Shadows
+from .surfaces import Surfaces
 
 
 class LooksByNumPy:
@@ -35,7 +36,8 @@ class LooksByNumPy:
         cosine = np.einsum("ij,ij->i", spots.normals, rays.directions)
         rows = np.flatnonzero((cosine > 0) & rays.shines)
         directions, cosine = rays.directions[rows], cosine[rows]
-        through = self._shadows.transmitted(spots.points[rows], directions, rays.distances[rows])
+        shadows = self._shadows.between if light.distant else self._shadows
+        through = shadows.transmitted(spots.points[rows], directions, rays.distances[rows])
         arriving = rays.radiance[rows] * through * cosine[:, None]
         if aim is not None:
             aim.learn(look.row, column, rows, arriving, rays.density[rows])
@@ -90,15 +92,22 @@ class LooksByNumPy:
         The radiosity of surfaces is added to ``sent_on`` (K, 6), unless that is None.
         """
         if self._distant and sent_on is None:
-            share = self._shadows.transmitted(points, directions, np.full(len(points), self._reach))
+            share = self._shadows.between.transmitted(points, directions, np.full(len(points), self._reach))
             rows = np.flatnonzero(share.any(axis=1))
             nothing = np.full(len(rows), -1)
             for light in self._lights:
                 radiance, density = light.met(points[rows], directions[rows], nothing, None)
                 yield rows, density, radiance * share[rows]
             return
-        for rows, hits, share in self._shadows.surfaces.met(points, directions, self._reach):
-            for light in self._lights:
+        for surfaces, lights in self._shadows.ways(self._lights):
+            yield from self._arriving(look, points, directions, surfaces, lights, sent_on)
+            # Reflected light comes the first of these ways alone.
+            sent_on = None
+
+    def _arriving(self, look, points, directions, surfaces: Surfaces, lights, sent_on):
+        """The same of those ``lights`` alone, as far as ``surfaces`` let it pass."""
+        for rows, hits, share in surfaces.met(points, directions, self._reach):
+            for light in lights:
                 mine = np.flatnonzero(light.among(hits.triangle))
                 at = rows[mine]
                 radiance, density = light.met(points[at], directions[at], hits.triangle[mine], hits.points[mine])

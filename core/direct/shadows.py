@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from ..lights.light import Surroundings
 from ..rays import RayCaster
 from ..scene import Scene
+from ..sides import any_side
 from .surfaces import Surfaces
 
 #: A ray stops this many tolerances short of the light, which may be a surface of the scene itself.
@@ -15,18 +19,30 @@ STOP_SHORT = 4
 class Shadows:
     """Casts rays through the surfaces of ``scene`` as far as those let light pass straight (alpha, thin glass).
 
-    Attribute ``surfaces``: all of them.
+    They stand for light from lamps and shining triangles; those of ``between`` for light from the world and from
+    surfaces, which may be let pass otherwise. Attribute ``surfaces``: all of them.
     """
 
-    def __init__(self, scene: Scene, caster: RayCaster):
-        clear = scene.transmittance.any(axis=1)
+    def __init__(self, scene: Scene, caster: RayCaster, straight: bool = True):
+        differs = straight and scene.unshaded is not None
+        passing = scene.unshaded if differs else scene.transmittance
+        clear = any_side(passing)
         self._caster = caster
         self._opaque, self._clear = caster, None
-        self.surfaces = Surfaces(caster, scene.transmittance if clear.any() else None)
+        self.between = Shadows(scene, caster, False) if differs else self
+        self.surfaces = Surfaces(caster, passing if clear.any() else None)
         if clear.any():
             # In whatever order they come: what is opaque blocks, which is soon known, and few rays meet the rest.
             self._opaque = None if clear.all() else caster.part(np.flatnonzero(~clear))
-            self._clear = Surfaces(caster.part(np.flatnonzero(clear)), scene.transmittance[clear])
+            self._clear = Surfaces(caster.part(np.flatnonzero(clear)), passing[..., clear, :])
+
+    def ways(self, lights: Sequence[Surroundings]) -> list[tuple[Surfaces, list[Surroundings]]]:
+        """All surfaces as the light of some of ``lights`` passes them, with those; first, as reflected light does."""
+        if self.between is self:
+            return [(self.surfaces, list(lights))]
+        near = [light for light in lights if not light.distant]
+        ways = [(self.between.surfaces, [light for light in lights if light.distant])]
+        return [*ways, (self.surfaces, near)] if near else ways
 
     def transmitted(self, origins: np.ndarray, directions: np.ndarray, distances: np.ndarray) -> np.ndarray:
         """Share of the light, RGB 0..1, that comes through: (K, 3), or (K, 1) when no surface lets any pass.

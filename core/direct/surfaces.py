@@ -7,20 +7,25 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..rays import Hits, RayCaster
+from ..sides import BySide, any_side
 
 #: Surfaces that a ray or particle may pass straight through, all together, before it is given up.
 MOST_PASSAGES = 1024
 
 
 class Surfaces:
-    """The triangles of ``caster``, of which each lets ``transmittance`` (T, 3) of the light pass; None: nothing."""
+    """The triangles of ``caster``, of which each lets ``transmittance`` of the light pass, None: nothing.
+
+    That is (T, 3), or (2, T, 3) by the side that a ray meets (see :class:`.Scene`).
+    """
 
     def __init__(self, caster: RayCaster, transmittance: np.ndarray | None):
         self._caster = caster
-        self._transmittance = transmittance
+        self._transmittance = None
         if transmittance is not None:
+            self._transmittance = BySide(transmittance, caster.normals)
             # The last row stands for no triangle.
-            self._clear = np.append((transmittance > 0).any(axis=1), False)
+            self._clear = np.append(any_side(transmittance), False)
 
     def met(
         self, origins: np.ndarray, directions: np.ndarray, reach: np.ndarray | float = np.inf
@@ -43,7 +48,8 @@ class Surfaces:
             if self._transmittance is None:
                 return
             going = np.flatnonzero(self._clear.take(triangle, mode="wrap"))
-            share = share.take(going, axis=0) * self._transmittance.take(triangle.take(going), axis=0)
+            passing = self._transmittance.met(triangle.take(going), along.take(going, axis=0))
+            share = share.take(going, axis=0) * passing
             left = np.flatnonzero((share > 0).any(axis=1))
             going, share = going.take(left), share.take(left, axis=0)
             if len(going) == 0:

@@ -21,6 +21,7 @@ from ..parallel import ordered_map, slices
 from ..rays import RayCaster
 from ..sampling import cosine_hemisphere
 from ..scene import Scene
+from ..sides import BySide
 from .cells import Cells, CellTable
 
 #: Rays that find out where gather rays land: so many a point, but in all no fewer and no more than these.
@@ -96,8 +97,8 @@ class Landings:
 def scouted(scene: Scene, caster: RayCaster, points: np.ndarray, normals: np.ndarray, seed: int) -> Landings:
     """Where a few gather rays land from ``points`` (N, 3), clear of surfaces, with unit ``normals`` (N, 3)."""
     wanted = np.clip(SCOUTS * len(points), LEAST_SCOUTS, MOST_SCOUTS)
-    reflects = scene.albedo.any(axis=1)
-    surfaces = Shadows(scene, caster).surfaces
+    reflects = BySide(scene.albedo.any(axis=-1, keepdims=True), caster.normals)
+    surfaces = Shadows(scene, caster).between.surfaces
 
     def found(rows: slice) -> Landings:
         generator = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(4, rows.start)))
@@ -108,9 +109,10 @@ def scouted(scene: Scene, caster: RayCaster, points: np.ndarray, normals: np.nda
         directions = cosine_hemisphere(normals.take(spot, axis=0), generator.random((len(spot), 2)))
         parts = []
         for ray, hits, _ in surfaces.met(origins, directions):
-            met = np.flatnonzero((hits.triangle >= 0) & reflects[hits.triangle])
+            along = directions.take(ray, axis=0)
+            met = np.flatnonzero((hits.triangle >= 0) & reflects.met(hits.triangle, along)[:, 0])
             ray, triangle, places = ray.take(met), hits.triangle.take(met), hits.points.take(met, axis=0)
-            parts.append(Landings.of(caster, origins.take(ray, axis=0), directions.take(ray, axis=0), triangle, places))
+            parts.append(Landings.of(caster, origins.take(ray, axis=0), along.take(met, axis=0), triangle, places))
         return Landings.joined(parts)
 
     return Landings.joined(list(ordered_map(found, slices(len(points), POINTS_PER_CHUNK))))

@@ -14,6 +14,7 @@ from ..lights.light import SHADOW_DIMENSIONS, Light, Surroundings
 from ..rays import RayCaster
 from ..sampling import cosine_hemisphere
 from ..scene import Scene
+from ..sides import BySide, any_side
 from .records import Landings, Records
 
 #: Rays are followed over so many landings at most; the light that is left there is next to nothing.
@@ -37,9 +38,9 @@ class ReflectedLight:
         self._caster, self._records, self._bounces = caster, records, bounces
         self._shadows = Shadows(scene, caster)
         self._surroundings = [light for light in lights if hasattr(light, "met")]
-        self._albedo = np.concatenate([scene.albedo, scene.albedo], axis=1)
+        self._albedo = BySide(scene.albedo, caster.normals)
         # The last row stands for no triangle.
-        self._reflects = np.append(scene.albedo.any(axis=1), False)
+        self._reflects = np.append(any_side(scene.albedo), False)
         self.know(np.zeros((2 * len(records), 3)), np.zeros((2 * len(records), 3)))
 
     def know(self, direct: np.ndarray, indirect: np.ndarray) -> None:
@@ -52,11 +53,11 @@ class ReflectedLight:
         The ``rows`` (K,) of the look's rays met them, along unit ``directions`` (K, 3).
         """
         found = np.zeros((len(triangle), 6))
-        met, triangle, landings = self._landings(look.rays.points.take(rows, axis=0), directions, triangle, places)
-        albedo, cell = self._albedo.take(triangle, axis=0), self._records.find(landings, landings.lengths)
-        sent = self._known(1).take(cell, axis=0) * albedo
+        met, albedo, landings = self._landings(look.rays.points.take(rows, axis=0), directions, triangle, places)
+        cell = self._records.find(landings, landings.lengths)
+        sent = self._known(1).take(cell, axis=0) * np.tile(albedo, 2)
         left = np.flatnonzero(cell < 0)
-        ways = _Ways(left, albedo.take(left, axis=0)[:, :3], landings.lengths.take(left), landings.taken(left))
+        ways = _Ways(left, albedo.take(left, axis=0), landings.lengths.take(left), landings.taken(left))
         sent += self._followed(ways, look, look.rays.group.take(rows.take(met)) + look.first)
         found[met] = sent
         return found
@@ -66,12 +67,13 @@ class ReflectedLight:
         return self._direct if reflections == self._bounces else self._all
 
     def _landings(self, origins, directions, triangle, places) -> tuple[np.ndarray, np.ndarray, Landings]:
-        """Which of the rays land on surfaces that reflect, on which ``triangle``, and how."""
+        """Which of the rays land on surfaces that reflect, what share (L, 3) those do, and how the rays land."""
         met = np.flatnonzero(self._reflects.take(triangle, mode="wrap"))
         origins, directions, triangle, places = (
             part.take(met, axis=0) for part in (origins, directions, triangle, places)
         )
-        return met, triangle, Landings.of(self._caster, origins, directions, triangle, places)
+        albedo = self._albedo.met(triangle, directions)
+        return met, albedo, Landings.of(self._caster, origins, directions, triangle, places)
 
     def _followed(self, ways: _Ways, look: Look, group: np.ndarray) -> np.ndarray:
         """What comes back (K, 6) of K rays, from ``group`` (K,), that are followed along ``ways``."""
@@ -108,16 +110,18 @@ class ReflectedLight:
         directions = cosine_hemisphere(normals, generator.random((len(points), 2)))
         cosine = np.einsum("ij,ij->i", normals, directions)
         onward = []
-        for rows, hits, share in self._shadows.surfaces.met(points, directions):
-            for source in self._surroundings:
-                mine = np.flatnonzero(source.among(hits.triangle))
-                at, there = rows.take(mine), (hits.triangle.take(mine), hits.points.take(mine, axis=0))
-                radiance, density = source.met(points.take(at, axis=0), directions.take(at, axis=0), *there)
-                light[at] += radiance * share.take(mine, axis=0) * _balanced(density, cosine.take(at))
-            ahead = points.take(rows, axis=0), directions.take(rows, axis=0)
-            met, triangle, landings = self._landings(*ahead, hits.triangle, hits.points)
-            share = share.take(met, axis=0) * self._albedo.take(triangle, axis=0)[:, :3]
-            onward.append(ways.onward(rows.take(met), share, landings))
+        for surfaces, sources in self._shadows.ways(self._surroundings):
+            for rows, hits, share in surfaces.met(points, directions):
+                for source in sources:
+                    mine = np.flatnonzero(source.among(hits.triangle))
+                    at, there = rows.take(mine), (hits.triangle.take(mine), hits.points.take(mine, axis=0))
+                    radiance, density = source.met(points.take(at, axis=0), directions.take(at, axis=0), *there)
+                    light[at] += radiance * share.take(mine, axis=0) * _balanced(density, cosine.take(at))
+                if surfaces is not self._shadows.between.surfaces:
+                    continue
+                ahead = points.take(rows, axis=0), directions.take(rows, axis=0)
+                met, albedo, landings = self._landings(*ahead, hits.triangle, hits.points)
+                onward.append(ways.onward(rows.take(met), share.take(met, axis=0) * albedo, landings))
         return light, _Ways.joined(onward)
 
     def _aim(self, source: Surroundings, points, normals, uniforms, light: np.ndarray) -> None:
@@ -126,7 +130,8 @@ class ReflectedLight:
         cosine = np.einsum("ij,ij->i", normals, rays.directions)
         lit = np.flatnonzero((cosine > 0) & rays.shines)
         ways = points.take(lit, axis=0), rays.directions.take(lit, axis=0), rays.distances.take(lit)
-        weight = self._shadows.transmitted(*ways) * _balanced(rays.density.take(lit), cosine.take(lit))
+        shadows = self._shadows.between if source.distant else self._shadows
+        weight = shadows.transmitted(*ways) * _balanced(rays.density.take(lit), cosine.take(lit))
         light[lit] += rays.radiance.take(lit, axis=0) * weight
 
     def _ask_lamps(self, nearby: NearbyLight, points, normals, group, uniforms, light: np.ndarray) -> None:

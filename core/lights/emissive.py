@@ -12,6 +12,7 @@ from ..bounds import Bounds
 from ..checks import float_rows, index_rows
 from ..errors import InvalidArrayError
 from ..sampling import choose, cosine_hemisphere, triangle
+from ..sides import BySide, sided_rows
 from ..triangles import normals_and_areas
 from .aim import CLOSEST, towards
 from .light import Particles, ShadowRays
@@ -22,14 +23,14 @@ _EDGE_ON = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class EmissiveTriangles:
-    """Lambertian emitters on both sides of each triangle, together one light.
+    """Lambertian emitters on the sides of triangles, together one light.
 
     corners   (T, 3 corners, 3) metres; a triangle without area gives nothing
-    radiance  (T, 3) W/(m^2 sr), RGB; negative takes light away
+    radiance  (T, 3) W/(m^2 sr), RGB, of both sides, or (2, T, 3) of fronts and backs; negative takes light away
     rows      (T,) which of the scene's triangles they are, ascending; without it the first T
 
     Attributes ``normals`` (T, 3) and ``areas`` (T,) m^2 of the triangles, and ``shares`` (T,), the running sum of their
-    strongest channels times their areas.
+    strongest channels, on average of both sides, times their areas.
 
     Raises InvalidArrayError on other shapes, no triangle, non-finite values, or rows that do not ascend.
     """
@@ -44,20 +45,22 @@ class EmissiveTriangles:
     areas: np.ndarray = field(init=False, repr=False)
     shares: np.ndarray = field(init=False, repr=False)
     _strength: np.ndarray = field(init=False, repr=False)
-    _colours: np.ndarray = field(init=False, repr=False)
+    _front: np.ndarray = field(init=False, repr=False)
+    _seen_on: BySide = field(init=False, repr=False)
 
     def __post_init__(self):
         shape = np.shape(self.corners)
         if shape[1:] != (3, 3) or shape[0] == 0:
             raise InvalidArrayError(f"Emissive corners must have the shape (n, 3, 3) with n > 0, not {shape}.")
         corners = float_rows(np.reshape(self.corners, (-1, 3)), "emissive corners").reshape(-1, 3, 3)
-        radiance = float_rows(self.radiance, "emitted radiance", 3, len(corners))
+        radiance = sided_rows(self.radiance, "emitted radiance", len(corners))
         rows = np.arange(len(corners)) if self.rows is None else self.rows
         rows = index_rows(rows, "rows of emissive triangles", None, np.iinfo(np.int64).max, len(corners))
         if (np.diff(rows) <= 0).any():
             raise InvalidArrayError("The rows of emissive triangles must ascend.")
         normals, areas = normals_and_areas(corners)
-        strength = np.abs(radiance).max(axis=1, initial=0.0)
+        sides = np.abs(radiance).max(axis=-1, initial=0.0).reshape(-1, len(corners))
+        strength = sides.mean(axis=0)
         shares = np.cumsum(strength * areas)
         for name, value in (
             ("corners", corners),
@@ -67,13 +70,15 @@ class EmissiveTriangles:
             ("areas", areas),
             ("shares", shares),
             ("_strength", strength),
-            ("_colours", radiance / np.where(strength > 0.0, strength, 1.0)[:, None]),
+            ("_front", np.divide(sides[0], 2.0 * strength, out=np.full(len(corners), 0.5), where=strength > 0.0)),
+            ("_seen_on", BySide(radiance, normals)),
         ):
             object.__setattr__(self, name, value)
 
     def flux(self, bounds: Bounds) -> np.ndarray:
-        """Radiant flux (3,) in W of both sides: 2 pi times the sum of radiance times area."""
-        return 2.0 * np.pi * (self.areas @ self.radiance)
+        """Radiant flux (3,) in W of both sides: pi times the sum of radiance times area of each."""
+        sides = np.broadcast_to(self.radiance, (2, *self.radiance.shape[-2:]))
+        return np.pi * (self.areas @ sides.sum(axis=0))
 
     def shadow_rays(self, points: np.ndarray, uniforms: np.ndarray) -> ShadowRays:
         """To a place uniform on a triangle, chosen in proportion to its strongest channel times its area."""
@@ -119,7 +124,7 @@ class EmissiveTriangles:
     def _seen(self, chosen, directions, distances) -> tuple[np.ndarray, np.ndarray]:
         """Radiance and density per steradian: that per area, strength / total, times r^2 / cos; 0 and 1 if edge-on."""
         cosine = np.abs(np.einsum("pi,pi->p", self.normals.take(chosen, axis=0, mode="wrap"), directions))
-        radiance = self.radiance.take(chosen, axis=0, mode="wrap")
+        radiance = self._seen_on.met(chosen, directions)
         strength, areas = self._strength.take(chosen, mode="wrap"), self.areas.take(chosen, mode="wrap")
         lit = (cosine > _EDGE_ON) & (distances > CLOSEST) & (strength > 0.0) & (areas > 0.0)
         density = np.ones(len(cosine))
@@ -134,10 +139,16 @@ class EmissiveTriangles:
         """
         flux = 2.0 * np.pi * self.shares[-1] / len(uniforms)
         chosen, origins = self._places(uniforms)
-        back = uniforms[:, 2] >= 0.5
-        about = np.stack([2.0 * uniforms[:, 2] - back, uniforms[:, 3]], axis=1)
-        normals = np.where(back, -1.0, 1.0)[:, None] * self.normals.take(chosen, axis=0)
-        return Particles(origins, cosine_hemisphere(normals, about), flux * self._colours.take(chosen, axis=0))
+        share = self._front.take(chosen)
+        behind = uniforms[:, 2] >= share
+        along = np.where(behind, uniforms[:, 2] - share, uniforms[:, 2]) / np.where(behind, 1.0 - share, share)
+        normals = np.where(behind, -1.0, 1.0)[:, None] * self.normals.take(chosen, axis=0)
+        # What leaves a side is met against its way.
+        radiance = self._seen_on.met(chosen, -normals)
+        strength = np.abs(radiance).max(axis=1)
+        colours = radiance / np.where(strength > 0.0, strength, 1.0)[:, None]
+        directions = cosine_hemisphere(normals, np.stack([along, uniforms[:, 3]], axis=1))
+        return Particles(origins, directions, flux * colours)
 
     def _places(self, uniforms: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Triangles (P,) chosen by strength times area, and places (P, 3) uniform on them, by two of ``uniforms``."""

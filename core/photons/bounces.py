@@ -12,6 +12,7 @@ from ..lights.light import Particles
 from ..rays import Hits, RayCaster
 from ..sampling import cosine_hemisphere
 from ..segments import Segments
+from ..sides import BySide
 from .specular import SpecularSurfaces
 
 #: How many tolerances a particle is moved along its direction before it starts. Lights may lie in a surface: an
@@ -32,11 +33,30 @@ HIT_DIMENSIONS = 3
 
 
 @dataclass(frozen=True)
+class Passing:
+    """What triangles let pass of light ``between`` surfaces and from the world, and of light that comes ``straight``
+    from lamps and shining triangles, None: the same; by the side that who receives the light sees."""
+
+    between: BySide
+    straight: BySide | None
+
+    def share(self, triangle: np.ndarray, directions: np.ndarray, straight: np.ndarray) -> np.ndarray:
+        """The share (K, 3) of light that meets ``triangle`` (K,) along ``directions`` (K, 3), ``straight`` (K,) or not.
+
+        It comes out on the side that its receiver sees.
+        """
+        share = self.between.met(triangle, -directions)
+        if self.straight is None:
+            return share
+        return np.where(straight[:, None], self.straight.met(triangle, -directions), share)
+
+
+@dataclass(frozen=True)
 class Bounces:
     """Follows particles among the triangles of ``caster``.
 
-    albedo         (T, 3)
-    transmittance  (T, 3), or None when nothing lets light pass straight on and nothing is specular
+    albedo         by the side that light meets
+    passing        None when nothing lets light pass straight on and nothing is specular
     specular       those that also mirror or refract, or None
     bounds         left by segments that meet nothing
     most           bounces
@@ -44,17 +64,19 @@ class Bounces:
     """
 
     caster: RayCaster
-    albedo: np.ndarray
-    transmittance: np.ndarray | None
+    albedo: BySide
+    passing: Passing | None
     specular: SpecularSurfaces | None
     bounds: Bounds
     most: int
     direct: bool
 
-    def followed(self, sent: Particles, first: int, generator: np.random.Generator) -> tuple[Segments, np.ndarray]:
+    def followed(
+        self, sent: Particles, first: int, generator: np.random.Generator, near: np.ndarray
+    ) -> tuple[Segments, np.ndarray]:
         """All segments of particles from their emission on, and the flux (3,) W that the limits on bounces cut.
 
-        ``sent`` are numbered from ``first`` on.
+        ``sent`` are numbered from ``first`` on; ``near`` (P,) tells which come from lamps or shining triangles.
         """
         directions, flux, start = sent.directions, sent.flux, sent.start
         origins = sent.origins + EMISSION_LIFT * self.caster.tolerance * directions
@@ -62,7 +84,7 @@ class Bounces:
         bounce, passages = np.zeros(count, np.uint16), np.zeros(count, np.uint16)
         particle = np.arange(first, first + count, dtype=np.uint32)
         caustic = None if self.specular is None else np.zeros(count, bool)
-        parts, cut = [], np.zeros(3)
+        parts, cut, straight = [], np.zeros(3), near
         while len(origins):
             hits = self.caster.first_hits(origins, directions)
             rows = np.flatnonzero(hits.triangle >= 0)
@@ -73,14 +95,16 @@ class Bounces:
             parts.append(segments if self.direct else segments.indirect)
 
             uniforms = generator.random((len(rows), HIT_DIMENSIONS))
-            directions = directions.take(rows, axis=0)
-            fate, flux, directions = self._meet(hits, rows, flux.take(rows, axis=0), directions, uniforms, generator)
+            directions, straight = directions.take(rows, axis=0), straight.take(rows)
+            fate, flux, directions = self._meet(
+                hits, rows, flux.take(rows, axis=0), directions, straight, uniforms, generator
+            )
             limit = np.where(fate == PASSED, passages.take(rows) >= MOST_PASSAGES, bounce.take(rows) >= self.most)
             limit &= fate != ABSORBED
             cut += flux[limit].sum(axis=0)
             alive = np.flatnonzero((fate != ABSORBED) & ~limit)
             rows, fate, flux = rows.take(alive), fate.take(alive), flux.take(alive, axis=0)
-            particle = particle.take(rows)
+            particle, straight = particle.take(rows), straight.take(alive) & (fate == PASSED)
             if caustic is not None:
                 caustic = np.where(fate == PASSED, caustic.take(rows), fate >= MIRRORED)
             bounce = bounce.take(rows) + (fate != PASSED).astype(np.uint16)
@@ -103,17 +127,17 @@ class Bounces:
         return ends
 
     def _meet(
-        self, hits: Hits, rows, flux, directions, uniforms, generator
+        self, hits: Hits, rows, flux, directions, straight, uniforms, generator
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """What happens to particles at their hits: fates (K,), the flux (K, 3) W that goes on, and directions (K, 3).
 
         The directions are those after a straight passage, mirror or refraction; diffuse reflection has yet to choose.
         """
         triangle, choice = hits.triangle.take(rows), uniforms[:, 0]
-        shares = [self.albedo.take(triangle, axis=0)]
-        if self.transmittance is None:
+        shares = [self.albedo.met(triangle, directions)]
+        if self.passing is None:
             return *_roulette(flux, shares, choice), directions
-        shares.append(self.transmittance.take(triangle, axis=0))
+        shares.append(self.passing.share(triangle, directions, straight))
         if self.specular is None:
             return *_roulette(flux, shares, choice), directions
         turns = self.specular.turns(triangle, directions, hits.points.take(rows, axis=0), generator)
@@ -125,7 +149,7 @@ class Bounces:
         """Origins just off the surface, and directions, of the particles that go on."""
         normals = self.caster.normals.take(hits.triangle.take(rows), axis=0)
         facing = -np.copysign(1.0, _dot(normals, directions))[:, None] * normals
-        if self.transmittance is None:
+        if self.passing is None:
             away, turned = self.caster.tolerance, cosine_hemisphere(facing, uniforms)
         else:
             reflects = fate == REFLECTED

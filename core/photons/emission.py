@@ -11,22 +11,24 @@ from ..errors import NoLightError
 from ..lights.emissive import EmissiveTriangles
 from ..lights.light import Light, Particles
 from ..scene import Scene
+from ..sides import any_side
 from .emission_guide import Draws, EmissionGuide
 
 
 def lights_of(scene: Scene) -> list[Light]:
     """The lamps and the world of ``scene``, and all its emissive triangles as one light more."""
-    emissive = np.flatnonzero((scene.emission != 0).any(axis=1))
+    emissive = np.flatnonzero(any_side(scene.emission))
     if len(emissive) == 0:
         return list(scene.lights)
-    return [*scene.lights, EmissiveTriangles(scene.corners[emissive], scene.emission[emissive], emissive)]
+    return [*scene.lights, EmissiveTriangles(scene.corners[emissive], scene.emission[..., emissive, :], emissive)]
 
 
 class Emission:
     """The lamps, the world and the emissive triangles of ``scene``; distant ones shoot at ``bounds``.
 
-    Attribute ``flux`` (3,): radiant flux in W of all together; ``by_power``: the guide that has learnt nothing. Raises
-    NoLightError when nothing emits.
+    Attribute ``flux`` (3,): radiant flux in W of all together; ``near`` (J,): whether each light that shines is a lamp
+    or shining triangles, and not the world; ``by_power``: the guide that has learnt nothing. Raises NoLightError when
+    nothing emits.
     """
 
     def __init__(self, scene: Scene, bounds: Bounds):
@@ -41,6 +43,7 @@ class Emission:
             )
         self.flux = fluxes[shining].sum(axis=0)
         self._lights = [lights[i] for i in shining]
+        self.near = np.array([not getattr(light, "distant", False) for light in self._lights])
         self.by_power = EmissionGuide.by_power(power[shining] / power[shining].sum())
 
     def emit(self, draws: Draws) -> Particles:

@@ -11,7 +11,8 @@ from ..bounds import Bounds
 from ..rays import RayCaster
 from ..scene import Scene
 from ..segments import Segments
-from .bounces import EMISSION_LIFT, Bounces
+from ..sides import BySide
+from .bounces import EMISSION_LIFT, Bounces, Passing
 from .emission import Emission
 from .emission_guide import Draws, EmissionGuide
 from .specular import SpecularSurfaces
@@ -38,9 +39,11 @@ class PhotonTracer:
     def __init__(self, scene: Scene, caster: RayCaster, bounds: Bounds, bounces: int, direct: bool = True):
         # Most scenes let no light pass and have no specular surfaces, and then pay nothing for them.
         specular = SpecularSurfaces(scene.specular, scene.corners) if scene.specular is not None else None
-        passes = specular is not None or scene.transmittance.any()
-        transmittance = scene.transmittance if passes else None
-        self._bounces = Bounces(caster, scene.albedo, transmittance, specular, bounds, bounces, direct)
+        straight = None if scene.unshaded is None else BySide(scene.unshaded, caster.normals)
+        passes = specular is not None or scene.transmittance.any() or straight is not None
+        passing = Passing(BySide(scene.transmittance, caster.normals), straight) if passes else None
+        albedo = BySide(scene.albedo, caster.normals)
+        self._bounces = Bounces(caster, albedo, passing, specular, bounds, bounces, direct)
         # Indirect light all comes from surfaces: what passes beside them need not be emitted.
         self._emission = Emission(
             scene, bounds if direct else scene.bounds.expanded(2 * EMISSION_LIFT * caster.tolerance)
@@ -61,4 +64,4 @@ class PhotonTracer:
         """
         draws = self.guide.draws(particles, generator)
         sent = self._emission.emit(draws)
-        return TracedPhotons(*self._bounces.followed(sent, first, generator), draws)
+        return TracedPhotons(*self._bounces.followed(sent, first, generator, self._emission.near[draws.light]), draws)

@@ -60,8 +60,9 @@ class Corners:
     def joined(points: list[CornerPoints], surfaces: list[MeshSurface]) -> Corners:
         """All corners of objects that have these ``points`` on these ``surfaces``."""
         none = CornerPoints(
-            *np.zeros((2, 0), np.int64), *np.zeros((2, 0, 3)), *np.zeros((2, 0), np.int64), np.eye(4), False
-        )
+            *np.zeros((2, 0), np.int64), *np.zeros((2, 0, 3)), *np.zeros((2, 0), np.int64), np.zeros((0, 3), np.int64),
+            np.eye(4), False,
+        )  # fmt: skip
         points = points or [none]
         triangles = [np.zeros((0, 3, 3))]
         for part, surface in zip(points, surfaces, strict=False):

@@ -9,7 +9,8 @@ import numpy as np
 
 from .joined_rows import batches, numbered, starts_of
 from .nearest_surface import nearest_places
-from .read_meshes import MeshSurface, corner_triangles, corner_vertex_indices, stored_normals, vertex_positions
+from .read_attributes import stored_normals
+from .read_meshes import MeshSurface, corner_triangles, corner_vertex_indices, vertex_positions
 from .surface_normals import corner_normals, face_directions
 from .triangle_geometry import cross, dots, normal_matrices, safe_unit
 

@@ -39,12 +39,13 @@ def without_faint(response: Response) -> Response:
     return _chosen(specular < _FAINT, plain, response)
 
 
-def settled_glass(response: Response, vertices: np.ndarray, triangles: np.ndarray) -> Response:
-    """The ``response`` (T rows) of a mesh, with straight passage for all glass that is not a body.
+def settled_glass(response: Response, vertices: np.ndarray, triangles: np.ndarray, rows: np.ndarray) -> Response:
+    """The ``response`` of some triangles of a mesh, its ``rows`` (R,), with straight passage for all glass that is not
+    a body.
 
     ``vertices`` (V, 3) and ``triangles`` (T, 3) are the mesh's.
     """
-    body, pane = _bodies_and_panes(vertices, triangles)
+    body, pane = (which[rows] for which in _bodies_and_panes(vertices, triangles))
     refracts = body & (np.abs(response.ior[:, 0] - 1.0) > _LEAST_BEND)
     straight = straightened(response, sheet=~pane[:, None] & ~body[:, None])
     return _chosen((response.gloss + response.clear).any(axis=1) & ~refracts, straight, response)

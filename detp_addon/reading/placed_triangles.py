@@ -17,10 +17,15 @@ _FLAT = 1e-6
 
 @dataclass(frozen=True)
 class Placement:
-    """A mesh as it stands in the world: the row of its surface and the matrix (4, 4) that takes it there, in metres."""
+    """A mesh as it stands in the world: the row of its surface and the matrix (4, 4) that takes it there, in metres.
+
+    ``diffuse`` and ``shadow``: whether such rays meet it.
+    """
 
     surface: int
     matrix: np.ndarray
+    diffuse: bool = True
+    shadow: bool = True
 
 
 @dataclass(frozen=True)

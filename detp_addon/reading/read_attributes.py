@@ -6,6 +6,7 @@ import numpy as np
 
 from ..baked_layers import ColourLayers
 from .findings import Findings
+from .islands import island_numbers
 
 #: attribute type -> (property to read, numbers in it, their type)
 _LAYOUTS = {
@@ -26,10 +27,17 @@ def corner_values(
     """The values (corners, 3 or 4) of ``key``, a pair of kind and name.
 
     ("uv", name) and ("attribute", name) take the layer that renders when the name is ""; ("position", "Object" or
-    "Generated") are coordinates. What the mesh does not have is zero, as in Cycles. Baked ``layers`` are looked
-    through: to what rendered before the bake, or, by their names, to nothing.
+    "Generated") are coordinates, "normal" and "face normal" directions, "island" a number of the connected part. What
+    the mesh does not have is zero, as in Cycles. Baked ``layers`` are looked through: to what rendered before the bake,
+    or, by their names, to nothing.
     """
     kind, name = key
+    if kind == "normal":
+        return stored_normals(mesh)
+    if kind == "face normal":
+        return _face_normals(mesh)
+    if kind == "island":
+        return island_numbers(mesh)[corner_vertices][:, None]
     if kind == "position":
         return _positions(mesh, name)[corner_vertices]
     if kind == "uv" and not name:
@@ -76,6 +84,22 @@ def attribute_at_corners(mesh, name: str, corner_vertices: np.ndarray) -> np.nda
     if layer.domain == "FACE":
         return np.repeat(values, face_sizes(mesh), axis=0)
     return values if layer.domain == "CORNER" else None
+
+
+def stored_normals(mesh) -> np.ndarray:
+    """The normal (C, 3) that Blender gives each face corner, zero where it is not a number."""
+    values = np.zeros(3 * len(mesh.loops), np.float32)
+    custom = mesh.attributes.get("custom_normal")
+    # Blender 4.5 aborts when it is asked for corners' normals that a script has stored on edges.
+    if custom is None or custom.domain != "EDGE":
+        mesh.corner_normals.foreach_get("vector", values)
+    return np.where(np.isfinite(values), values, 0.0).astype(np.float64).reshape(-1, 3)
+
+
+def _face_normals(mesh) -> np.ndarray:
+    values = np.zeros(3 * len(mesh.polygons), np.float32)
+    mesh.polygons.foreach_get("normal", values)
+    return np.repeat(np.nan_to_num(values.reshape(-1, 3)), face_sizes(mesh), axis=0)
 
 
 def face_sizes(mesh) -> np.ndarray:

@@ -4,53 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from .colour_mixing import BLENDS, to_hsv, to_rgb
-from .read_values import LUMINANCE, Values
+from .arithmetic import MATH, VECTOR_MATH, dot, refracted, smooth, turned, unit
+from .colour_mixing import BLENDS, from_hsl, to_hsl, to_hsv, to_rgb
+from .read_values import Values
+from .working_space import luminance
 
 #: steps of the tables that stand for ramps and curves
 _TABLE = np.linspace(0.0, 1.0, 257)
 
-#: arithmetic on up to three numbers
-_MATH = {
-    "ADD": lambda a, b, c: a + b,
-    "SUBTRACT": lambda a, b, c: a - b,
-    "MULTIPLY": lambda a, b, c: a * b,
-    "DIVIDE": lambda a, b, c: np.where(b == 0, 0, a / np.where(b == 0, 1, b)),
-    "MULTIPLY_ADD": lambda a, b, c: a * b + c,
-    "POWER": lambda a, b, c: _power(a, b),
-    "SQRT": lambda a, b, c: np.sqrt(np.maximum(a, 0)),
-    "ABSOLUTE": lambda a, b, c: np.abs(a),
-    "MINIMUM": lambda a, b, c: np.minimum(a, b),
-    "MAXIMUM": lambda a, b, c: np.maximum(a, b),
-    "LESS_THAN": lambda a, b, c: (a < b) * 1.0,
-    "GREATER_THAN": lambda a, b, c: (a > b) * 1.0,
-    "ROUND": lambda a, b, c: np.floor(a + 0.5),
-    "FLOOR": lambda a, b, c: np.floor(a),
-    "CEIL": lambda a, b, c: np.ceil(a),
-    "FRACT": lambda a, b, c: a - np.floor(a),
-    "SINE": lambda a, b, c: np.sin(a),
-    "COSINE": lambda a, b, c: np.cos(a),
-}
-
-_VECTOR_MATH = {
-    "ADD": lambda a, b: a + b,
-    "SUBTRACT": lambda a, b: a - b,
-    "MULTIPLY": lambda a, b: a * b,
-    "DIVIDE": lambda a, b: np.where(b == 0, 0, a / np.where(b == 0, 1, b)),
-    "MINIMUM": np.minimum,
-    "MAXIMUM": np.maximum,
-}
-
-
-def _power(a, b):
-    # A negative base has a value for whole exponents only; the others count as 0, as in Cycles.
-    real = (a >= 0) | (b == np.round(b))
-    with np.errstate(all="ignore"):
-        return np.nan_to_num(np.where(real, np.power(np.where(real, a, 1.0), b), 0.0), posinf=0.0, neginf=0.0)
-
 
 def _math(values: Values, node, output, groups):
-    rule = _MATH.get(node.operation)
+    rule = MATH.get(node.operation)
     if rule is None:
         return None
     result = rule(*(values.input(node, name, groups) for name in ("Value", "Value_001", "Value_002")))
@@ -58,11 +22,37 @@ def _math(values: Values, node, output, groups):
 
 
 def _vector_math(values: Values, node, output, groups):
-    first = values.input(node, "Vector", groups)
+    first, second, third = (values.input(node, name, groups) for name in ("Vector", "Vector_001", "Vector_002"))
     if node.operation == "SCALE":
         return first * values.input(node, "Scale", groups)
-    rule = _VECTOR_MATH.get(node.operation)
-    return rule(first, values.input(node, "Vector_001", groups)) if rule else None
+    if node.operation == "REFRACT":
+        return refracted(first, second, values.input(node, "Scale", groups))
+    rule = VECTOR_MATH.get(node.operation)
+    return rule(first, second, third) if rule else None
+
+
+def _vector_rotate(values: Values, node, output, groups):
+    vector, centre = (values.input(node, name, groups) for name in ("Vector", "Center"))
+    sign = -1.0 if node.invert else 1.0
+    if node.rotation_type == "EULER_XYZ":
+        angles = values.input(node, "Rotation", groups)
+        around = list(zip(np.eye(3), (0, 1, 2), strict=True))
+        found = vector - centre
+        for axis, number in around[::-1] if node.invert else around:
+            found = turned(found, axis[None], sign * angles[:, number : number + 1])
+        return found + centre
+    if node.rotation_type == "AXIS_ANGLE":
+        axis = values.input(node, "Axis", groups)
+    else:
+        axis = np.eye(3)["XYZ".index(node.rotation_type[0])][None]
+    return turned(vector - centre, axis, sign * values.input(node, "Angle", groups)) + centre
+
+
+def _normal(values: Values, node, output, groups):
+    direction = np.array(node.outputs["Normal"].default_value, np.float64)[None]
+    return (
+        direction if output.identifier == "Normal" else dot(unit(direction), unit(values.input(node, "Normal", groups)))
+    )
 
 
 def _clamp(values: Values, node, output, groups):
@@ -73,11 +63,17 @@ def _clamp(values: Values, node, output, groups):
 
 
 def _map_range(values: Values, node, output, groups):
-    if node.data_type != "FLOAT" or node.interpolation_type != "LINEAR":
-        return None
-    value, *ends = (values.input(node, name, groups) for name in ("Value", "From Min", "From Max", "To Min", "To Max"))
-    start, stop, low, high = ends
+    vectors = node.data_type == "FLOAT_VECTOR"
+    names = ("From Min", "From Max", "To Min", "To Max", "Steps")
+    if vectors:
+        names = tuple(f"{name.replace(' ', '_')}_FLOAT3" for name in names)
+    value = values.input(node, "Vector" if vectors else "Value", groups)
+    start, stop, low, high, steps = (values.input(node, name, groups) for name in names)
     share = np.where(stop == start, 0, (value - start) / np.where(stop == start, 1, stop - start))
+    if node.interpolation_type.startswith("SMOOTH"):
+        return low + smooth(node.interpolation_type, share) * (high - low)
+    if node.interpolation_type == "STEPPED":
+        share = np.where(steps > 0, np.floor(share * (steps + 1)) / np.where(steps > 0, steps, 1), 0)
     result = low + share * (high - low)
     return np.clip(result, np.minimum(low, high), np.maximum(low, high)) if node.clamp else result
 
@@ -120,16 +116,42 @@ def _ramp(values: Values, node, output, groups):
 
 def _curves(values: Values, node, output, groups):
     node.mapping.initialize()
-    first, second, third, combined = (
-        np.array([node.mapping.evaluate(curve, place) for place in _TABLE]) for curve in node.mapping.curves
-    )
+    *each, combined = (_curve(node.mapping, curve) for curve in node.mapping.curves)
     colour = values.input(node, "Color", groups)
-    curved = [
-        np.interp(np.interp(colour[:, channel], _TABLE, combined), _TABLE, curve)
-        for channel, curve in enumerate((first, second, third))
-    ]
+    curved = [curve(combined(colour[:, channel])) for channel, curve in enumerate(each)]
     factor = values.input(node, "Fac", groups)
     return (1 - factor) * colour + factor * np.stack(curved, axis=1)
+
+
+def _vector_curves(values: Values, node, output, groups):
+    node.mapping.initialize()
+    vector, factor = values.input(node, "Vector", groups), values.input(node, "Fac", groups)
+    curved = [_curve(node.mapping, curve)(vector[:, axis]) for axis, curve in enumerate(node.mapping.curves)]
+    return (1 - factor) * vector + factor * np.stack(curved, axis=1)
+
+
+def _float_curve(values: Values, node, output, groups):
+    node.mapping.initialize()
+    value, factor = values.input(node, "Value", groups), values.input(node, "Factor", groups)
+    return (1 - factor) * value + factor * _curve(node.mapping, node.mapping.curves[0])(value)
+
+
+def _curve(mapping, curve):
+    """A function of numbers (m,) that follows a curve, and goes on behind its ends as that says."""
+    places = np.linspace(curve.points[0].location[0], curve.points[-1].location[0], len(_TABLE))
+    heights = np.array([mapping.evaluate(curve, place) for place in places])
+
+    def of(numbers: np.ndarray) -> np.ndarray:
+        found = np.interp(numbers, places, heights)
+        if mapping.extend != "EXTRAPOLATED":
+            return found
+        for end, inner in ((0, 1), (-1, -2)):
+            slope = (heights[end] - heights[inner]) / max(abs(places[end] - places[inner]), 1e-9) * (1 if end else -1)
+            beyond = np.maximum(numbers - places[end], 0) if end else np.minimum(numbers - places[end], 0)
+            found = found + slope * beyond
+        return found
+
+    return of
 
 
 def _looked_up(table: np.ndarray, places: np.ndarray, columns: tuple[int, ...]) -> np.ndarray:
@@ -160,31 +182,32 @@ def _hue_saturation(values: Values, node, output, groups):
     shifted = np.concatenate(
         np.broadcast_arrays(hsv[:, :1] + hue + 0.5, np.clip(hsv[:, 1:2] * saturation, 0, 1), hsv[:, 2:] * value), axis=1
     )
-    return (1 - factor) * colour + factor * np.maximum(to_rgb(shifted), 0)
+    return np.maximum((1 - factor) * colour + factor * to_rgb(shifted), 0)
+
+
+#: how colours are taken apart and put together
+_TAKEN_APART = {"RGB": lambda rgb: rgb, "HSV": to_hsv, "HSL": to_hsl}
+_PUT_TOGETHER = {"RGB": lambda rgb: rgb, "HSV": to_rgb, "HSL": from_hsl}
+
+
+def _mode(node) -> str:
+    # Older nodes have it in their type.
+    return "HSV" if node.bl_idname.endswith("HSV") else getattr(node, "mode", "RGB")
 
 
 def _separate(values: Values, node, output, groups):
-    socket = node.inputs[0]
-    parts = values.input(node, socket.identifier, groups)
-    mode = getattr(node, "mode", "RGB")
-    if mode not in ("RGB", "HSV"):
-        return None
-    parts = to_hsv(parts) if mode == "HSV" else parts
+    parts = _TAKEN_APART[_mode(node)](values.input(node, node.inputs[0].identifier, groups))
     index = [other.identifier for other in node.outputs].index(output.identifier)
     return parts[:, index : index + 1]
 
 
 def _combine(values: Values, node, output, groups):
-    mode = getattr(node, "mode", "RGB")
-    if mode not in ("RGB", "HSV"):
-        return None
     parts = [values.input(node, socket.identifier, groups) for socket in node.inputs[:3]]
-    joined = np.concatenate(np.broadcast_arrays(*parts), axis=1)
-    return to_rgb(joined) if mode == "HSV" else joined
+    return _PUT_TOGETHER[_mode(node)](np.concatenate(np.broadcast_arrays(*parts), axis=1))
 
 
 def _grey(values: Values, node, output, groups):
-    return values.input(node, "Color", groups) @ LUMINANCE[:, None]
+    return luminance(values.input(node, "Color", groups))
 
 
 COLOUR_RULES = {
@@ -196,6 +219,10 @@ COLOUR_RULES = {
     "ShaderNodeMixRGB": _mix_rgb,
     "ShaderNodeValToRGB": _ramp,
     "ShaderNodeRGBCurve": _curves,
+    "ShaderNodeVectorCurve": _vector_curves,
+    "ShaderNodeFloatCurve": _float_curve,
+    "ShaderNodeVectorRotate": _vector_rotate,
+    "ShaderNodeNormal": _normal,
     "ShaderNodeInvert": _invert,
     "ShaderNodeGamma": _gamma,
     "ShaderNodeBrightContrast": _bright_contrast,
@@ -203,6 +230,10 @@ COLOUR_RULES = {
     "ShaderNodeRGBToBW": _grey,
     "ShaderNodeSeparateColor": _separate,
     "ShaderNodeSeparateXYZ": _separate,
+    "ShaderNodeSeparateRGB": _separate,
+    "ShaderNodeSeparateHSV": _separate,
     "ShaderNodeCombineColor": _combine,
     "ShaderNodeCombineXYZ": _combine,
+    "ShaderNodeCombineRGB": _combine,
+    "ShaderNodeCombineHSV": _combine,
 }

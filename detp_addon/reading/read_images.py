@@ -6,9 +6,11 @@ import numpy as np
 
 from .findings import Findings
 from .texture_pyramid import TexturePyramid, srgb_to_linear
+from .working_space import in_working_space
 
-#: colour spaces whose byte values are linear already; others but sRGB are decoded as sRGB
-_LINEAR_SPACES = ("Non-Color", "Linear", "Raw", "ACEScg", "Utility - Linear", "Utility - Raw")
+#: colour spaces whose byte values are linear already, or data; others but sRGB are decoded as sRGB, and named
+_LINEAR_SPACES = ("Non-Color", "Linear", "Raw", "ACES", "Utility - Linear", "Utility - Raw", "Generic Data")
+_DATA_SPACES = ("Non-Color", "Raw", "Utility - Raw", "Generic Data")
 
 #: what a missing image shows instead: Blender's default grey
 MISSING = np.array([0.8, 0.8, 0.8, 1.0])
@@ -41,11 +43,14 @@ class Images:
         if image.source == "TILED":
             self._findings.warn("only the first tile is read of {}", "tiled image", image.name)
         had_data = image.has_data
-        pixels = _pixels(image)
+        pixels = pixels_of(image)
         if pixels is None:
             self._findings.warn("missing images count as grey: {}", "image", image.name)
             return _plain(MISSING)
         self._findings.modelled("{}, averaged over each triangle", "image texture", image.name)
+        space = image.colorspace_settings.name
+        if not image.is_float and not space.startswith(("sRGB", *_LINEAR_SPACES)):
+            self._findings.warn(f"colours in the space {space} are taken for sRGB in {{}}", "image", image.name)
         texture = _linear(image, pixels, with_alpha)
         if not had_data:
             # Asking an image for almost anything loads it; what Blender did not hold before it need not hold now.
@@ -57,7 +62,7 @@ def _plain(rgba: np.ndarray) -> TexturePyramid:
     return TexturePyramid.of(rgba[None, None, :], associated=True)
 
 
-def _pixels(image) -> np.ndarray | None:
+def pixels_of(image) -> np.ndarray | None:
     """The image's values as stored (H, W, 1 to 4), row 0 at the bottom; None when the file is missing."""
     width, height = image.size
     channels = image.channels
@@ -86,7 +91,10 @@ def _linear(image, pixels: np.ndarray, with_alpha: bool) -> TexturePyramid:
             rgb = np.divide(rgb, alpha, out=rgb.copy(), where=alpha > 0)
     else:
         rgb = rgb * alpha if veiled and not with_alpha else rgb
-        rgb = rgb if space.startswith(_LINEAR_SPACES) else _decoded(rgb)
+        linear = space.startswith(_LINEAR_SPACES)
+        rgb = rgb if linear else _decoded(rgb)
+        if space not in _DATA_SPACES:
+            rgb = in_working_space(rgb, space if linear else "Linear Rec.709")
     rgba = np.concatenate([np.nan_to_num(rgb), np.nan_to_num(alpha)], axis=2)
     return TexturePyramid.of(rgba, associated=veiled and with_alpha)
 

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...core.photons.specular import fresnel
+from .arithmetic import unit
 from .blackbody import blackbody
 from .read_node_graph import feed_of, find_input
 from .read_values import UNKNOWN, Values, constant
+from .working_space import from_rec709
 
 #: procedural patterns, which count as their mean
 PATTERNS = ("Noise", "Voronoi", "Musgrave", "Wave", "Magic", "Gradient", "WhiteNoise", "Gabor", "Brick", "Checker")
@@ -18,22 +21,31 @@ def _set_value(values: Values, node, output, groups):
 
 def _image(values: Values, node, output, groups):
     linked = feed_of(find_input(node, "Vector"), groups).node is not None
-    coordinates = values.input(node, "Vector", groups) if linked else values.places.uv("")
+    coordinates = values.input(node, "Vector", groups) if linked else values.places.given("uv")
     colour, alpha = values.places.image(node, coordinates)
     return alpha if output.identifier == "Alpha" else colour
 
 
 def _uv_map(values: Values, node, output, groups):
-    return values.places.uv(node.uv_map)
+    return values.places.given("uv", node.uv_map)
 
 
 def _texture_coordinate(values: Values, node, output, groups):
     if output.identifier == "UV":
-        return values.places.uv("")
-    if output.identifier == "Generated" or (output.identifier == "Object" and node.object is None):
-        return values.places.position(output.identifier)
+        return values.places.given("uv")
+    if output.identifier == "Normal":
+        return _sides(values) * values.places.given("normal", "Object")
+    if output.identifier == "Object" and node.object is not None:
+        return values.places.given("position in", node.object.name_full)
+    if output.identifier in ("Generated", "Object"):
+        return values.places.given("position", output.identifier)
     values.places.unknown(f"texture coordinates ({output.name})")
     return UNKNOWN
+
+
+def _sides(values: Values) -> float:
+    """By what normals are multiplied, which Cycles turns towards who looks at a surface."""
+    return -1.0 if values.places.back else 1.0
 
 
 def _mapping(values: Values, node, output, groups):
@@ -50,7 +62,7 @@ def _mapping(values: Values, node, output, groups):
         return ((vector - location) @ turn) / np.where(scale == 0.0, 1.0, scale)
     if node.vector_type == "VECTOR":
         return (vector * scale) @ turn.T
-    return None
+    return unit(np.where(scale == 0.0, 0.0, vector / np.where(scale == 0.0, 1.0, scale)) @ turn.T)
 
 
 def _rotation_matrix(x: float, y: float, z: float) -> np.ndarray:
@@ -63,13 +75,13 @@ def _rotation_matrix(x: float, y: float, z: float) -> np.ndarray:
 
 
 def _vertex_colour(values: Values, node, output, groups):
-    return _rgba_output(values.places.attribute(node.layer_name), output)
+    return _rgba_output(values.places.given("attribute", node.layer_name), output)
 
 
 def _attribute(values: Values, node, output, groups):
-    if node.attribute_type != "GEOMETRY":
-        return None
-    return _rgba_output(values.places.attribute(node.attribute_name), output)
+    kind, name = node.attribute_type, node.attribute_name
+    rgba = values.places.given(*(("attribute", name) if kind == "GEOMETRY" else ("property", f"{kind} {name}")))
+    return _rgba_output(rgba, output)
 
 
 def _rgba_output(rgba: np.ndarray, output) -> np.ndarray:
@@ -86,40 +98,77 @@ def _pattern(values: Values, node, output, groups):
 
 
 def _light_path(values: Values, node, output, groups):
-    seen = values.places.rays.get(output.identifier, 0.0)
+    seen = values.places.ray(output.identifier)
+    if seen is not None and output.identifier.endswith("Depth"):
+        values.places.about(f"{node.bl_label} ({output.name}), taken as after one reflection,")
     return None if seen is None else np.array([[seen]])
 
 
 def _fresnel(values: Values, node, output, groups):
-    values.places.unknown(f"{node.bl_label} (taken at normal incidence)")
-    return _normal_reflectance(values.input(node, "IOR", groups))
+    ior = np.maximum(values.input(node, "IOR", groups), 1e-5)
+    return _reflected(values, node, groups, ior)
 
 
 def _layer_weight(values: Values, node, output, groups):
-    values.places.unknown(f"{node.bl_label} (taken at normal incidence)")
-    if output.identifier == "Facing":
-        return np.zeros((1, 1))
-    return _normal_reflectance(1.0 / np.maximum(1.0 - values.input(node, "Blend", groups), 1e-5))
+    blend = np.minimum(values.input(node, "Blend", groups), 1 - 1e-5)
+    if output.identifier == "Fresnel":
+        return _reflected(values, node, groups, 1.0 / (1.0 - blend))
+    _note_angle(values, node, groups)
+    blend = np.maximum(blend, 0.0)
+    # Cycles' way to weigh by angle.
+    exponent = np.where(blend < 0.5, 2.0 * blend, 0.5 / (1.0 - blend))
+    return 1.0 - values.places.cosine**exponent
 
 
-def _normal_reflectance(ior: np.ndarray) -> np.ndarray:
-    return ((ior - 1.0) / (ior + 1.0)) ** 2
+def _reflected(values: Values, node, groups, ior: np.ndarray) -> np.ndarray:
+    _note_angle(values, node, groups)
+    return fresnel(values.places.cosine, 1.0 / ior if values.places.back else ior)[0]
+
+
+def _note_angle(values: Values, node, groups) -> None:
+    bent = ", bump and normal maps left out" if values.linked(node, "Normal", groups) else ""
+    values.places.about(f"{node.bl_label} (taken at its mean over all angles{bent})")
 
 
 def _geometry(values: Values, node, output, groups):
-    return np.zeros((1, 1)) if output.identifier in ("Backfacing", "Random Per Island") else None
+    places = values.places
+    if output.identifier == "Backfacing":
+        return np.array([[float(places.back)]])
+    if output.identifier == "Random Per Island":
+        return places.given("island")
+    if output.identifier == "Position":
+        return places.given("position", "World")
+    if output.identifier in ("Normal", "True Normal"):
+        kind = "normal" if output.identifier == "Normal" else "face normal"
+        return _sides(values) * places.given(kind, "World")
+    return None
+
+
+def _object_info(values: Values, node, output, groups):
+    if output.identifier == "Material Index":
+        return np.array([[values.places.material_index]])
+    kinds = {"Color": "colour", "Object Index": "index"}
+    return values.places.given(f"object {kinds.get(output.identifier, output.identifier.lower())}")
+
+
+def _nothing(values: Values, node, output, groups):
+    # Meshes have no hair, points and volumes.
+    return np.zeros((1, 3 if output.type == "VECTOR" else 1))
 
 
 def _light_falloff(values: Values, node, output, groups):
-    # "Quadratic" is the physical falloff, which a strength without this node has too.
-    return values.input(node, "Strength", groups) if output.identifier == "Quadratic" else None
+    # "Quadratic" is the physical falloff, which a strength without this node has too, unless it is smoothed.
+    if output.identifier != "Quadratic" or values.input(node, "Smooth", groups).any():
+        return None
+    return values.input(node, "Strength", groups)
 
 
 def _blackbody(values: Values, node, output, groups):
-    return blackbody(values.input(node, "Temperature", groups))
+    return np.maximum(from_rec709(blackbody(values.input(node, "Temperature", groups))), 0.0)
 
 
 def _occlusion(values: Values, node, output, groups):
+    values.places.about(f"{node.bl_label} (taken as unoccluded)")
     return values.input(node, "Color", groups) if output.identifier == "Color" else np.ones((1, 1))
 
 
@@ -136,6 +185,8 @@ INPUT_RULES = {
     "ShaderNodeFresnel": _fresnel,
     "ShaderNodeLayerWeight": _layer_weight,
     "ShaderNodeNewGeometry": _geometry,
+    "ShaderNodeObjectInfo": _object_info,
+    **{f"ShaderNode{kind}Info": _nothing for kind in ("Hair", "Point", "Volume")},
     "ShaderNodeLightFalloff": _light_falloff,
     "ShaderNodeBlackbody": _blackbody,
     "ShaderNodeAmbientOcclusion": _occlusion,

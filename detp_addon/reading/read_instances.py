@@ -17,12 +17,13 @@ from .estimation_points import CornerPoints, PlacedMesh, place_points
 from .findings import Findings
 from .joined_rows import any_of, starts_of
 from .placed_triangles import Placement
+from .placed_values import Standing
 from .read_lights import read_light
 from .read_materials import Materials
 from .read_meshes import MeshSurface, read_mesh, rendered_mesh, respond, with_area
 from .read_world import world_colour
 from .render_settings import note_object, note_scene
-from .response import Response
+from .response import Optics
 
 #: kinds of objects that a render shows and that give no mesh
 _NO_MESH = {
@@ -50,7 +51,8 @@ class TargetPoints:
 class RenderedObjects:
     """What a render shows.
 
-    surfaces    each evaluated mesh once; response: what the triangles of all, one mesh after the other, do to light
+    surfaces    each evaluated mesh once, or as often as it looks different
+    optics      what the triangles of all surfaces, one after the other, do to light
     shines      (of each surface) whether it gives light
     placements  where they stand
     targets     the objects to bake; editing: the names of those that would be, were they not open in Edit Mode
@@ -59,7 +61,7 @@ class RenderedObjects:
     """
 
     surfaces: list[MeshSurface] = field(default_factory=list)
-    response: Response = field(default_factory=lambda: Response.none(0))
+    optics: Optics | None = None
     shines: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
     placements: list[Placement] = field(default_factory=list)
     targets: list[TargetPoints] = field(default_factory=list)
@@ -81,7 +83,7 @@ def read_instances(depsgraph, wanted: set | None, findings: Findings, written: S
     )
     materials = Materials(findings)
     lit, metres = baked_names(), metres_per_unit(depsgraph.scene)
-    rows: dict[tuple, int] = {}
+    known: dict[tuple, tuple[MeshSurface, int | None]] = {}
     targets: list[PlacedMesh] = []
     placed: dict[bpy.types.Object, int | None] = {}
     for instance in depsgraph.object_instances:
@@ -90,7 +92,8 @@ def read_instances(depsgraph, wanted: set | None, findings: Findings, written: S
             findings.left_out("{}", _NO_MESH[obj.type], obj.name)
         if obj.type not in ("MESH", "LIGHT") or not instance.show_self:
             continue
-        if not _seen(instance, findings):
+        diffuse, shadow = _seen(instance, findings)
+        if not (diffuse or (shadow and obj.type == "MESH")):
             continue
         placed[obj.original] = None
         matrix = np.array([tuple(row) for row in instance.matrix_world])
@@ -100,20 +103,26 @@ def read_instances(depsgraph, wanted: set | None, findings: Findings, written: S
             continue
         slots = [layer.material_override] * bool(layer.material_override) or _slots(obj)
         key = (obj.data.as_pointer(), *(slot.as_pointer() if slot else 0 for slot in slots))
-        if key not in rows:
-            rows[key] = len(read.surfaces)
+        if key not in known:
             layers = partial(_layers, obj.original, written, lit)
             with rendered_mesh(obj) as mesh:
-                read.surfaces.append(read_mesh(mesh, slots, materials, layers, findings, obj.name))
-        placed[obj.original] = rows[key]
-        if _add_mesh(read, instance, rows[key], matrix, wanted, findings):
-            targets.append(PlacedMesh(obj.original, obj.data, rows[key], matrix))
+                surface = read_mesh(mesh, slots, materials, layers, findings, obj.name)
+            known[key] = surface, None
+            if not surface.placed_needs:
+                known[key] = surface, len(read.surfaces)
+                read.surfaces.append(surface)
+        surface, row = known[key]
+        if row is None:
+            row = len(read.surfaces)
+            read.surfaces.append(surface.placed(Standing.of(instance, depsgraph)))
+        placed[obj.original] = row
+        if _add_mesh(read, instance, Placement(row, matrix, diffuse, shadow), wanted, findings):
+            targets.append(PlacedMesh(obj.original, obj.data, row, matrix))
     read.surfaces = with_area(read.surfaces)
     _add_targets(read, targets, findings)
-    read.response = respond(read.surfaces, materials)
-    shining = read.response.emission.any(axis=1)
-    read.shines = any_of(shining, starts_of([len(surface.triangles) for surface in read.surfaces]))
-    mirrors = bool(read.response.mirror.any() or read.response.clear.any())
+    read.optics = respond(read.surfaces, materials)
+    read.shines = any_of(read.optics.shines, starts_of([len(surface.triangles) for surface in read.surfaces]))
+    mirrors = bool(read.optics.front.mirror.any() or read.optics.front.clear.any())
     for obj, row in placed.items():
         note_object(obj, row is not None and bool(read.shines[row]), mirrors, findings)
     note_scene(depsgraph.scene, layer, world, mirrors, findings)
@@ -124,18 +133,17 @@ def _layers(original, written: Sequence[str], lit: frozenset[str]) -> ColourLaye
     return colour_layers(original.data, written, lit) if original.type == "MESH" else NO_LAYERS
 
 
-def _seen(instance, findings: Findings) -> bool:
-    """Whether diffuse light meets the object; an instance is seen as its instancer allows."""
+def _seen(instance, findings: Findings) -> tuple[bool, bool]:
+    """Whether diffuse rays meet the object, and whether shadow rays do; an instance is met as its instancer allows."""
     obj = instance.object
     owners = [obj, instance.parent] if instance.is_instance and instance.parent is not None else [obj]
-    if not all(owner.visible_diffuse for owner in owners):
-        shades = obj.type == "MESH" and all(owner.visible_shadow for owner in owners)
-        shadow = ", with the shadow that Cycles gives it" if shades else ""
-        findings.left_out(f"{{}}, hidden from diffuse light{shadow}", "object", obj.name)
-        return False
-    if obj.type == "MESH" and not all(owner.visible_shadow for owner in owners):
-        findings.left_out("light that passes through {} that cast no shadow in Cycles", "object", obj.name)
-    return True
+    diffuse, shadow = all(owner.visible_diffuse for owner in owners), all(owner.visible_shadow for owner in owners)
+    if not diffuse and not (shadow and obj.type == "MESH"):
+        findings.left_out("{}, hidden from diffuse light", "object", obj.name)
+    elif obj.type == "MESH" and not (diffuse and shadow):
+        hidden = "shadow rays" if diffuse else "diffuse rays"
+        findings.modelled(f"{{}} hidden from {hidden}", "object", obj.name)
+    return diffuse, shadow
 
 
 def _slots(obj) -> list:
@@ -156,14 +164,14 @@ def _add_light(lights: list[Light], obj, matrix: np.ndarray, metres: float, find
         lights.append(light)
 
 
-def _add_mesh(read: RenderedObjects, instance, row: int, matrix: np.ndarray, wanted, findings) -> bool:
-    """Add a placement of the surface of that ``row``; returns whether the object is to be baked."""
+def _add_mesh(read: RenderedObjects, instance, placement: Placement, wanted, findings) -> bool:
+    """Add the ``placement`` of an instance; returns whether its object is to be baked."""
     obj = instance.object
     original = obj.original
-    if not np.isfinite(matrix).all():
+    if not np.isfinite(placement.matrix).all():
         findings.warn("objects whose place is not a number are left out: {}", "object", obj.name)
         return False
-    read.placements.append(Placement(row, matrix))
+    read.placements.append(placement)
     if instance.is_instance:
         # Curves and texts come as instances of themselves.
         if instance.parent is not None and instance.parent.original != original:

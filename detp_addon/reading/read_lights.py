@@ -15,7 +15,7 @@ from ...core.lights.sun import SunLight
 from .findings import Findings
 from .read_materials import even_emission
 from .read_node_graph import node_tree
-from .surface_places import LAMP_RAYS
+from .views import LAMP_RAYS
 
 _SHAPES = {"SQUARE": "rectangle", "RECTANGLE": "rectangle", "DISK": "ellipse", "ELLIPSE": "ellipse"}
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from .read_shaders import DEFAULT_ALBEDO, Shaders
 from .read_values import Values
 from .response import Response
 from .surface_places import PATCHES, Nowhere, Patches, Probe, WhereaboutsUnknown
+from .views import COSINES, SHADOW_RAYS, VIEWS, View, same_view
 
 RULES = {**INPUT_RULES, **COLOUR_RULES}
 
@@ -35,17 +36,21 @@ class Recipe:
     name      of the material, "" for none
     fixed     its response (one row) when no nodes make it
     feed      of the output's surface otherwise, None when nothing is linked there
-    needs     the mesh data its nodes ask for; empty when it is the same everywhere
+    needs     what its nodes ask of the mesh and its object; empty when it is the same everywhere
+    asks      "rays", "side" and "angle", where it depends on those
     specular  whether it may mirror or refract
     opaque    whether what lets light through throws a full shadow in Cycles
+    index     pass index of the material
     """
 
     name: str
     fixed: Response | None = None
     feed: Feed | None = None
     needs: frozenset[tuple[str, str]] = frozenset()
+    asks: frozenset[str] = frozenset()
     specular: bool = False
     opaque: bool = False
+    index: int = 0
 
 
 class Materials:
@@ -78,27 +83,32 @@ class Materials:
             if name in output.inputs and output.inputs[name].is_linked:
                 self._findings.left_out(sentence, "material", material.name)
 
-    def evaluate(self, recipe: Recipe, corners: dict[tuple[str, str], np.ndarray], count: int) -> Response:
-        """The mean response (count rows) of each triangle, from the recipe's needs at its corners (count, 3, c)."""
-        response = self._evaluated(recipe, corners, count)
-        if recipe.opaque and response.transmittance.any():
-            self._findings.left_out("switched-off transparent shadows of {}, which let light through here", "material",
-                                    recipe.name)  # fmt: skip
-        return response
+    def evaluate(self, recipe: Recipe, corners: dict[tuple[str, str], np.ndarray], count: int) -> dict[int, Response]:
+        """The mean response (count rows) of each triangle in those of VIEWS that differ, by their numbers.
 
-    def _evaluated(self, recipe: Recipe, corners: dict[tuple[str, str], np.ndarray], count: int) -> Response:
+        ``corners`` has the recipe's needs at the triangles' corners (count, 3, c).
+        """
+        numbers = sorted({same_view(number, recipe.asks) for number in range(len(VIEWS))})
+        found = {number: self._evaluated(recipe, corners, count, VIEWS[number]) for number in numbers}
+        specular = [(response.mirror, response.gloss, response.clear) for response in found.values()]
+        if any((one != other).any() for view in specular for one, other in zip(view, specular[0], strict=True)):
+            self._findings.left_out("mirrors and glass of {} that differ by the side or the kind of ray", "material",
+                                    recipe.name)  # fmt: skip
+        return found
+
+    def _evaluated(self, recipe: Recipe, corners, count: int, view: View) -> Response:
         if recipe.fixed is not None:
             return _repeated(self._physical(recipe.fixed, recipe.name), count)
         if not recipe.needs:
-            return _repeated(self._physical(self._raw(recipe, {}), recipe.name), count)
+            return _repeated(self._physical(self._raw(recipe, {}, view), recipe.name), count)
         parts = []
         for start in range(0, count, _CHUNK):
             rows = slice(start, min(start + _CHUNK, count))
-            raw = self._raw(recipe, {key: values[rows] for key, values in corners.items()})
+            raw = self._raw(recipe, {key: values[rows] for key, values in corners.items()}, view)
             parts.append(self._physical(_triangle_means(raw, rows.stop - rows.start), recipe.name))
         return Response.joined(parts)
 
-    def _raw(self, recipe: Recipe, corners) -> Response:
+    def _raw(self, recipe: Recipe, corners, view: View) -> Response:
         def unknown(feature):
             self._findings.warn(f"a plain value takes the place of {feature} in {{}}", "material", recipe.name)
 
@@ -107,8 +117,16 @@ class Materials:
 
         if recipe.feed is None:
             return Response.of()
-        with np.errstate(all="ignore"):
-            return Shaders(Values(Patches(corners, self._images, unknown), RULES), left_out).response(recipe.feed)
+        cosines, whole = COSINES if "angle" in recipe.asks else (1.0,), None
+        for cosine in cosines:
+            places = Patches(corners, self._images, unknown, replace(view, cosine=cosine), recipe.index)
+            with np.errstate(all="ignore"):
+                response = Shaders(Values(places, RULES), left_out).response(recipe.feed)
+            part = response.scaled(np.full((1, 1), 1.0 / len(cosines)))
+            whole = part if whole is None else whole.plus(part)
+        if recipe.opaque and view.rays is SHADOW_RAYS:
+            whole = replace(whole, transmittance=np.zeros((1, 3)))
+        return whole
 
     def _physical(self, raw: Response, name: str) -> Response:
         """The response with shares brought into 0..1 and together to at most 1 in each channel."""
@@ -157,8 +175,10 @@ def _recipe(material) -> Recipe:
     with np.errstate(all="ignore"):
         shaders = Shaders(Values(probe, RULES), lambda sentence: None)
         shaders.response(feed)
-    opaque = not getattr(material, "use_transparent_shadow", True)
-    return Recipe(material.name, None, feed, frozenset(probe.attributes), shaders.specular, opaque)
+    opaque = not getattr(material, "use_transparent_shadow", True) and shaders.passes
+    asks = frozenset(probe.asks | ({"rays"} if opaque else set()))
+    needs = frozenset(probe.needs)
+    return Recipe(material.name, None, feed, needs, asks, shaders.specular, opaque, material.pass_index)
 
 
 def _repeated(response: Response, count: int) -> Response:

@@ -12,10 +12,12 @@ from ..baked_layers import NO_LAYERS, ColourLayers
 from .findings import Findings
 from .glass_bodies import settled_glass, without_faint
 from .joined_rows import any_of, batches, starts_of
-from .read_attributes import corner_values
+from .placed_values import BASES, Standing, placed_value
+from .read_attributes import corner_values, stored_normals
 from .read_materials import Materials, Recipe
-from .response import Response
+from .response import Optics, Response
 from .triangle_geometry import has_area
+from .views import VIEWS, same_view
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,17 @@ class MeshSurface:
     recipe_rows: np.ndarray
     attributes: dict[tuple[str, str], np.ndarray]
     normals: np.ndarray | None
+
+    @property
+    def placed_needs(self) -> frozenset[tuple[str, str]]:
+        """What the recipes need that each object gives anew."""
+        return frozenset(key for recipe in self.recipes for key in recipe.needs if key in BASES or key[0] in BASES)
+
+    def placed(self, standing: Standing) -> MeshSurface:
+        """The same with what an object gives that wears it."""
+        corners = len(self.at_corners)
+        own = {key: placed_value(key, standing, self.attributes, corners) for key in self.placed_needs}
+        return replace(self, attributes=self.attributes | own)
 
 
 @contextmanager
@@ -74,7 +87,8 @@ def read_mesh(
     if not whole.all():
         findings.warn("faces with vertices that are not numbers are left out of {}", "object", name)
     recipes, rows = _recipes(mesh, slots, materials, len(triangles))
-    needs = sorted(set().union(*(recipe.needs for recipe in recipes)))
+    needs = set().union(*(recipe.needs for recipe in recipes))
+    needs = sorted({BASES.get(key, BASES.get(key[0], key)) for key in needs} - {None})
     colours = layers() if any(kind == "attribute" for kind, _ in needs) else NO_LAYERS
     return MeshSurface(
         vertices,
@@ -109,16 +123,6 @@ def vertex_positions(mesh) -> np.ndarray:
     return values.astype(np.float64).reshape(-1, 3)
 
 
-def stored_normals(mesh) -> np.ndarray:
-    """The normal (C, 3) that Blender gives each face corner, zero where it is not a number."""
-    values = np.zeros(3 * len(mesh.loops), np.float32)
-    custom = mesh.attributes.get("custom_normal")
-    # Blender 4.5 aborts when it is asked for corners' normals that a script has stored on edges.
-    if custom is None or custom.domain != "EDGE":
-        mesh.corner_normals.foreach_get("vector", values)
-    return np.where(np.isfinite(values), values, 0.0).astype(np.float64).reshape(-1, 3)
-
-
 def corner_vertex_indices(mesh) -> np.ndarray:
     """The vertex (C,) of each face corner."""
     values = np.empty(len(mesh.loops), np.int32)
@@ -133,10 +137,10 @@ def corner_triangles(mesh) -> np.ndarray:
     return _triangle_numbers(mesh, "loops", 3).reshape(-1, 3)
 
 
-def respond(surfaces: list[MeshSurface], materials: Materials) -> Response:
+def respond(surfaces: list[MeshSurface], materials: Materials) -> Optics:
     """What the triangles of all surfaces, one after the other, do to light; all triangles of a material at once."""
     starts = starts_of([len(surface.triangles) for surface in surfaces])
-    whole = Response.none(starts[-1])
+    front, differing = Response.none(starts[-1]), []
     for recipe, wearers in _wearers(surfaces):
         rows = np.concatenate([starts[number] + rows for number, rows in wearers])
         corners = {
@@ -145,14 +149,20 @@ def respond(surfaces: list[MeshSurface], materials: Materials) -> Response:
             )
             for key in recipe.needs
         }
-        whole.put(rows, materials.evaluate(recipe, corners, len(rows)))
-    for some in batches(np.diff(starts)):
-        here = slice(starts[some.start], starts[some.stop])
-        whole.put(here, without_faint(whole.rows(here)))
-    for number in np.flatnonzero(any_of((whole.gloss + whole.clear).any(axis=1), starts)):
-        here, surface = slice(starts[number], starts[number + 1]), surfaces[number]
-        whole.put(here, settled_glass(whole.rows(here), surface.vertices, surface.triangles))
-    return whole
+        found = materials.evaluate(recipe, corners, len(rows))
+        front.put(rows, found[0])
+        if len(found) > 1:
+            differing.append((rows, [found[same_view(number, recipe.asks)] for number in range(len(VIEWS))]))
+    _settle(front, np.arange(starts[-1]), surfaces, starts)
+    rows = np.concatenate([np.zeros(0, np.int64), *(rows for rows, _ in differing)])
+    order, views, known = np.argsort(rows), [], {}
+    for parts in zip(*(found for _, found in differing), strict=True):
+        same = tuple(map(id, parts))
+        if same not in known:
+            known[same] = Response.joined(parts).rows(order)
+            _settle(known[same], rows[order], surfaces, starts)
+        views.append(known[same])
+    return Optics(front, rows[order], tuple(views))
 
 
 def _wearers(surfaces: list[MeshSurface]) -> Iterator[tuple[Recipe, list[tuple[int, np.ndarray]]]]:
@@ -169,6 +179,21 @@ def _wearers(surfaces: list[MeshSurface]) -> Iterator[tuple[Recipe, list[tuple[i
         for recipe, rows in used:
             wearers.setdefault(id(recipe), (recipe, []))[1].append((number, rows))
     yield from wearers.values()
+
+
+def _settle(response: Response, rows: np.ndarray, surfaces: list[MeshSurface], starts: np.ndarray) -> None:
+    """Settle what is faint and what is glass in the ``response`` of the triangles ``rows`` (R,), which ascend.
+
+    Those of each of the ``surfaces`` begin at ``starts``.
+    """
+    ends = np.searchsorted(rows, starts)
+    for some in batches(np.diff(ends)):
+        here = slice(ends[some.start], ends[some.stop])
+        response.put(here, without_faint(response.rows(here)))
+    for number in np.flatnonzero(any_of((response.gloss + response.clear).any(axis=1), ends)):
+        here, surface = slice(ends[number], ends[number + 1]), surfaces[number]
+        own = rows[here] - starts[number]
+        response.put(here, settled_glass(response.rows(here), surface.vertices, surface.triangles, own))
 
 
 def _recipes(mesh, slots: list, materials: Materials, count: int) -> tuple[tuple[Recipe, ...], np.ndarray]:

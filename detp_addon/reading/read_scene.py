@@ -24,7 +24,7 @@ from .read_specular import specular_table
 from .render_settings import note_reflections
 from .render_view import view_as_render
 from .settled_corners import SettledPoints, settled_points
-from .world_picture import world_picture
+from .world_picture import world_lights
 
 #: where light is looked for: on the faces, whose values are fitted to it, or at their vertices
 FITS = ("faces", "vertices")
@@ -98,7 +98,7 @@ def read_scene(
     wanted = None if targets is None else _bakeable(targets, findings)
     visit = partial(read_instances, wanted=wanted, findings=findings, written=written)
     read = view_as_render(context_scene, view_layer, visit)
-    scene = _scene(read, _world_light(read, context_scene, view_layer, findings))
+    scene = _scene(read, _world_light(read, context_scene, view_layer, findings), findings)
     baked, points, shown = _targets(read, scene, domain, fit)
     if targets is not None:
         _name_missing(wanted, {target.object_name for target in baked}, findings)
@@ -118,8 +118,7 @@ def read_scene(
 
 def _shining(read: RenderedObjects) -> int:
     """How many objects give light by their materials."""
-    shines = read.shines
-    return sum(bool(shines[placement.surface]) for placement in read.placements)
+    return sum(bool(read.shines[placement.surface]) and placement.diffuse for placement in read.placements)
 
 
 def _bakeable(targets: list[bpy.types.Object], findings: Findings) -> set[bpy.types.Object]:
@@ -143,20 +142,38 @@ def _world_light(read: RenderedObjects, context_scene, view_layer, findings: Fin
             return []
         findings.modelled("a world of one colour")
         return [UniformWorld(read.radiance)]
-    picture = world_picture(read.world, context_scene.frame_current)
+    picture, suns = world_lights(read.world, context_scene.frame_current, findings.left_out)
+    for sun in suns:
+        findings.modelled(f"a sun of the world, {np.degrees(sun.angle):.2g} degrees wide, as a light of its own")
     if not picture.any():
-        return []
+        return suns
     height, width = picture.shape[:2]
     findings.modelled(f"the world's sky or image, as Cycles shows it in {width} x {height} pixels")
-    return [EnvironmentWorld(picture)]
+    return [*suns, EnvironmentWorld(picture)]
 
 
-def _scene(read: RenderedObjects, world: list[Light]) -> Scene:
+def _scene(read: RenderedObjects, world: list[Light], findings: Findings) -> Scene:
     """Everything in world space, without the triangles that have no area there."""
-    placed, response = placed_triangles(read.surfaces, read.placements), read.response
-    optics = (array[placed.rows] for array in (response.albedo, response.emission, response.transmittance))
-    specular = specular_table(read.surfaces, response, read.placements, placed)
-    return Scene(placed.vertices, placed.triangles, *optics, (*read.lights, *world), specular)
+    placed, optics = placed_triangles(read.surfaces, read.placements), read.optics
+    diffuse, shadow = (
+        np.array([getattr(placement, rays) for placement in read.placements], bool)[placed.placement, None]
+        for rays in ("diffuse", "shadow")
+    )
+
+    def seen(name: str, first: int, met: np.ndarray, otherwise: float) -> np.ndarray:
+        """By the views from the ``first`` on: (T, 3), or (2, T, 3) when any triangle's sides differ."""
+        front, back = (np.where(met, optics.seen(name, first + side)[placed.rows], otherwise) for side in (0, 1))
+        return front if np.array_equal(front, back) else np.stack([front, back])
+
+    # Nothing reflects or shines that diffuse rays do not meet.
+    albedo, emission = seen("albedo", 0, diffuse, 0.0), seen("emission", 4, diffuse, 0.0)
+    between, straight = seen("transmittance", 0, diffuse, 1.0), seen("transmittance", 2, shadow, 1.0)
+    unshaded = None if np.array_equal(between, straight) else straight
+    if unshaded is not None and world:
+        sentence = "shadow rays to the world: what they pass otherwise than diffuse rays do, the world's light does not"
+        findings.left_out(sentence)
+    specular, lights = specular_table(read.surfaces, optics.front, read.placements, placed), (*read.lights, *world)
+    return Scene(placed.vertices, placed.triangles, albedo, emission, between, lights, specular, unshaded)
 
 
 def _targets(
@@ -173,7 +190,7 @@ def _targets(
     else:
         settled = settled_points(points, surfaces, scene, domain)
     starts = starts_of([len(surface.triangles) for surface in read.surfaces])
-    colour, emission = read.response.colour, read.response.emission
+    colour, emission = read.optics.front.colour, read.optics.emission
     targets = []
     for some in batches([len(target.points.corners) for target in read.targets]):
         parts = read.targets[some]

@@ -14,17 +14,21 @@ from .response import Response
 DEFAULT_ALBEDO = 0.8
 
 
+#: what metals reflect at grazing angles unless another tint is chosen
+_EDGE_TINT = (0.695, 0.726, 0.77)
+
+
 class Shaders:
     """Reads the response of shader sockets from the ``values`` of their inputs.
 
-    ``left_out`` is called with each feature that is met and not modelled. Attribute ``specular``: whether a shader was
-    met that may mirror or refract.
+    ``left_out`` is called with each feature that is met and not modelled. Attributes: whether a shader was met that may
+    mirror or refract (``specular``), or let light pass straight (``passes``).
     """
 
     def __init__(self, values: Values, left_out):
         self.values = values
         self.left_out = left_out
-        self.specular = False
+        self.specular = self.passes = False
         self._known = Remembered(in_a_loop=Response.of())
 
     def response(self, feed: Feed) -> Response:
@@ -68,16 +72,21 @@ def _principled(shaders: Shaders, node, groups) -> Response:
     clear = np.clip(value("Transmission Weight"), 0, 1) * (1 - metallic)
     emission = value("Emission Color") * value("Emission Strength")
     _note_principled(shaders, node, groups, bool((metallic + clear).min() < 1))
-    thin = find_input(node, "Thin Wall")
-    thin = thin is not None and bool(thin.default_value)
+    thin = find_input(node, "Thin Wall") is not None and bool(value("Thin Wall").any())
     # A light ray enters and leaves a solid, and each passage tints it by the root of the base colour.
     tint = np.maximum(base, 0) if thin else np.sqrt(np.maximum(base, 0))
     roughness = value("Roughness")
     opaque = Response.of(base * (1 - metallic - clear), emission, mirror=base * metallic, roughness=roughness)
     glass = Response.of(gloss=clear, clear=clear * tint, roughness=roughness, ior=value("IOR"))
+    shaders.passes |= _opens(shaders, node, groups)
     whole = opaque.plus(straightened(glass, sheet=True) if thin else glass)
     shaders.specular |= shaders.used(node, "Metallic", groups) or shaders.used(node, "Transmission Weight", groups)
     return whole.scaled(alpha).plus(Response.of(transmittance=1 - alpha))
+
+
+def _opens(shaders: Shaders, node, groups) -> bool:
+    """Whether a Principled shader's alpha may be below one."""
+    return shaders.values.linked(node, "Alpha", groups) or find_input(node, "Alpha").default_value < 1.0
 
 
 def _note_principled(shaders: Shaders, node, groups, partly_diffuse: bool) -> None:
@@ -85,6 +94,9 @@ def _note_principled(shaders: Shaders, node, groups, partly_diffuse: bool) -> No
         "Subsurface Weight": "subsurface scattering of {}, which counts as diffuse",
         "Coat Weight": "coat of {}",
         "Sheen Weight": "sheen of {}",
+        "Diffuse Roughness": "roughness of the diffuse part of {}",
+        "Anisotropic": "direction of the brush marks on {}",
+        "Thin Film Thickness": "thin films on {}",
     }
     if partly_diffuse:
         notes |= {"Specular IOR Level": "highlights on the diffuse part of {}"}
@@ -94,6 +106,8 @@ def _note_principled(shaders: Shaders, node, groups, partly_diffuse: bool) -> No
 
 
 def _diffuse(shaders: Shaders, node, groups) -> Response:
+    if shaders.used(node, "Roughness", groups):
+        shaders.left_out("roughness of the diffuse part of {}")
     return Response.of(albedo=shaders.values.input(node, "Color", groups))
 
 
@@ -119,26 +133,39 @@ def _glossy(shaders: Shaders, node, groups) -> Response:
 
 def _metallic(shaders: Shaders, node, groups) -> Response:
     if getattr(node, "fresnel_type", "") != "PHYSICAL_CONDUCTOR":
+        if shaders.values.linked(node, "Edge Tint", groups) or _sets(node, "Edge Tint", _EDGE_TINT):
+            shaders.left_out("edge tint of {}")
         return _metal(shaders, node, groups, shaders.values.input(node, "Base Color", groups))
     ior, extinction = (shaders.values.input(node, name, groups) for name in ("IOR", "Extinction"))
     return _metal(shaders, node, groups, ((ior - 1) ** 2 + extinction**2) / ((ior + 1) ** 2 + extinction**2))
 
 
+def _sets(node, identifier: str, usual: tuple) -> bool:
+    """Whether a colour input is there and set to another than its usual value."""
+    socket = find_input(node, identifier)
+    return socket is not None and not np.allclose(socket.default_value[:3], usual, atol=1e-3)
+
+
 def _metal(shaders: Shaders, node, groups, colour) -> Response:
     shaders.specular = True
-    if shaders.used(node, "Anisotropy", groups):
-        shaders.left_out("direction of the brush marks on {}")
+    notes = {"Anisotropy": "direction of the brush marks on {}", "Thin Film Thickness": "thin films on {}"}
+    for name, sentence in notes.items():
+        if shaders.used(node, name, groups):
+            shaders.left_out(sentence)
     return Response.of(mirror=colour, roughness=shaders.values.input(node, "Roughness", groups))
 
 
 def _glass(shaders: Shaders, node, groups) -> Response:
     # Refraction without reflection exists in Blender only; together they are the glass that it is used to build.
     shaders.specular = True
+    if shaders.used(node, "Thin Film Thickness", groups):
+        shaders.left_out("thin films on {}")
     colour, roughness, ior = (shaders.values.input(node, name, groups) for name in ("Color", "Roughness", "IOR"))
     return Response.of(gloss=colour, clear=colour, roughness=roughness, ior=ior)
 
 
 def _transparent(shaders: Shaders, node, groups) -> Response:
+    shaders.passes = True
     return Response.of(transmittance=shaders.values.input(node, "Color", groups))
 
 
@@ -184,3 +211,12 @@ SHADER_RULES = {
     "ShaderNodeAddShader": _add,
     "ShaderNodeHoldout": _black,
 }
+
+#: inputs without effect on diffuse light, or details of what is named as a whole
+HARMLESS_INPUTS = frozenset(
+    {
+        *("Weight", "Rotation", "Tangent", "Anisotropic Rotation", "Thin Film IOR"),
+        *(f"Subsurface {part}" for part in ("Radius", "Scale", "IOR", "Anisotropy")),
+        *("Specular Tint", "Coat Roughness", "Coat IOR", "Coat Tint", "Coat Normal", "Sheen Roughness", "Sheen Tint"),
+    }
+)

@@ -22,7 +22,8 @@ def specular_table(
     starts = starts_of([len(surface.triangles) for surface in surfaces])
     turns = (response.mirror + response.gloss + response.clear).any(axis=1)
     turns &= np.repeat([surface.normals is not None for surface in surfaces], np.diff(starts)).astype(bool)
-    found = np.flatnonzero(turns[placed.rows])
+    met = np.array([placement.diffuse for placement in placements], bool)
+    found = np.flatnonzero(turns[placed.rows] & met[placed.placement])
     if len(found) == 0:
         return None
     corners = placed.vertices[placed.triangles[found]]

@@ -9,9 +9,7 @@ import numpy as np
 
 from .read_node_graph import Feed, feed_of, find_input
 from .remembered import Remembered
-
-#: Rec. 709 luminance, by which Cycles turns a colour into a number
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+from .working_space import luminance
 
 #: coordinates of which nothing is known: an image is then taken as its mean
 UNKNOWN = np.full((1, 3), np.nan)
@@ -23,23 +21,23 @@ Mixed = TypeVar("Mixed")
 class Places(Protocol):
     """Where nodes are evaluated: m places on a surface, or (m = 1) nowhere in particular.
 
-    rays  what a Light Path node tells there: output -> number (0 where it is not named), None when it varies
-    real  whether the values are those of the scene, and not stand-ins
+    real            whether the values are those of the scene, and not stand-ins
+    back            whether the surface is met from behind
+    cosine          of the angle to its normal at which it is met
+    material_index  the pass index of its material
     """
 
-    rays: dict[str, float | None]
     real: bool
+    back: bool
+    cosine: float
+    material_index: float
 
-    def uv(self, name: str) -> np.ndarray:
-        """Texture coordinates (m, 3) of the UV map ``name``, "" for the one that renders."""
+    def ray(self, output: str) -> float | None:
+        """What a Light Path node tells of the rays that come there; None when it varies."""
         ...
 
-    def attribute(self, name: str) -> np.ndarray:
-        """Attribute ``name`` (m, 4) as RGBA, "" for the colour attribute that renders."""
-        ...
-
-    def position(self, space: str) -> np.ndarray:
-        """Coordinates (m, 3): "Object" or "Generated"."""
+    def given(self, kind: str, name: str = "") -> np.ndarray:
+        """What the mesh or its object gives there (m, c), see read_attributes.py and placed_values.py."""
         ...
 
     def image(self, node, coordinates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -48,6 +46,10 @@ class Places(Protocol):
 
     def unknown(self, feature: str) -> None:
         """A node was met whose work is not known; it counts as its stand-in."""
+        ...
+
+    def about(self, feature: str) -> None:
+        """A value varies, and what it mostly is stands for it."""
         ...
 
 
@@ -118,7 +120,7 @@ def converted(value: np.ndarray, source: str, target: str) -> np.ndarray:
         return np.repeat(value, 3, axis=1) if value.shape[1] == 1 else value
     if value.shape[1] == 1:
         return value
-    return value @ LUMINANCE[:, None] if source == "RGBA" else value.mean(axis=1, keepdims=True)
+    return luminance(value) if source == "RGBA" else value.mean(axis=1, keepdims=True)
 
 
 def described(node) -> str:

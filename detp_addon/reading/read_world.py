@@ -7,7 +7,7 @@ import numpy as np
 from .findings import Findings
 from .read_materials import even_emission
 from .read_node_graph import node_tree, output_feed
-from .surface_places import WORLD_RAYS
+from .views import WORLD_RAYS
 
 
 def world_colour(world, view_layer, findings: Findings) -> np.ndarray | None:

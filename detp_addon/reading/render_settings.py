@@ -97,13 +97,23 @@ NAMED = {
 
 #: honoured by kind of settings
 _HONOURED = {
-    "visibility": {"visible_diffuse", "visible_shadow", "hide_render"},
+    "visibility": {"visible_diffuse", "visible_shadow", "hide_render", "color", "pass_index"},
     "light": {"is_portal"},
     "world in mirrors": {"diffuse"},
     "view layer": {"material_override", "world_override", "use_sky", "layer_collection", "use", "objects"},
     "collection": {"exclude", "hide_viewport", "collection", "children"},
-    # Named where lamps and shining meshes are read, as light without shadows and through objects without them is.
+    "material data": {"node_tree", "use_nodes", "diffuse_color", "use_transparent_shadow", "pass_index"},
+    "world data": {"node_tree", "use_nodes", "color"},
+    "lamp": set(
+        "angle color energy exposure node_tree normalize shadow_soft_size shape size size_y spot_blend spot_size "
+        "spread temperature temperature_color type use_nodes use_soft_falloff use_temperature".split()
+    ),
+}
+
+#: named where lamps and shining meshes are read
+_NAMED_THERE = {
     "light linking": {"receiver_collection", "blocker_collection"},
+    "lamp": {"use_shadow", "use_square"},
 }
 
 #: parts of names of settings for noise, speed, pictures, motion, and of volumes, hair and previews
@@ -125,14 +135,40 @@ _HARMLESS = frozenset(
     "has_export_collections".split()
 )
 
+#: of EEVEE, viewports, lists and pictures, by kind; displacement is named by the nodes that make it
+_HARMLESS_OF = {
+    "material data": set(
+        "surface_render_method displacement_method blend_method shadow_method alpha_threshold lineart roughness "
+        "use_transparency_overlap show_transparent_back use_backface_culling use_backface_culling_shadow metallic "
+        "use_backface_culling_lightprobe_volume lightprobe_volume_single_sided use_raytrace_refraction line_color "
+        "use_screen_refraction use_sss_translucency refraction_depth thickness_mode use_thickness_from_shadow "
+        "max_vertex_displacement paint_active_slot paint_clone_slot specular_color specular_intensity line_priority "
+        "grease_pencil is_grease_pencil volume_intersection_method preview_render_type use_preview_world "
+        "texture_paint_images texture_paint_slots".split()
+    ),
+    "world data": set(
+        "light_settings mist_settings lightgroup probe_resolution sun_threshold sun_angle use_sun_shadow "
+        "use_eevee_finite_volume sun_shadow_maximum_resolution sun_shadow_filter_radius use_sun_shadow_jitter "
+        "sun_shadow_jitter_overblur".split()
+    ),
+    "lamp": set(
+        "cutoff_distance diffuse_factor specular_factor transmission_factor volume_factor show_cone "
+        "use_custom_distance shadow_buffer_clip_start shadow_cascade_count shadow_cascade_exponent "
+        "shadow_cascade_fade shadow_cascade_max_distance shadow_filter_radius shadow_jitter_overblur "
+        "shadow_maximum_resolution use_absolute_resolution use_shadow_jitter".split()
+    ),
+}
+
 
 def decision(kind: str, name: str) -> str | None:
     """What was decided on the property ``name`` of a ``kind`` of settings; None when nothing was."""
-    if name in NAMED.get(kind, ()):
+    if name in NAMED.get(kind, ()) or name in _NAMED_THERE.get(kind, ()):
         return "named"
     if name in _HONOURED.get(kind, ()):
         return HONOURED
-    known = name in _HARMLESS or any(part in name for part in _HARMLESS_PARTS)
+    known = name in _HARMLESS_OF.get(kind, ()) or (
+        kind not in _HARMLESS_OF and (name in _HARMLESS or any(part in name for part in _HARMLESS_PARTS))
+    )
     return HARMLESS if known else None
 
 
@@ -157,13 +193,13 @@ def note_scene(scene, view_layer, world, mirrors: bool, findings: Findings) -> N
 
 
 def note_reflections(scene, albedo: np.ndarray, findings: Findings) -> None:
-    """Say that surfaces of this ``albedo`` (T, 3) reflect, and whether more often than the scene lets Cycles follow."""
+    """Say that surfaces of this ``albedo`` (..., 3) reflect, and whether beyond what the scene lets Cycles follow."""
     if not albedo.any():
         return
     findings.modelled("diffuse bounces")
     cycles = getattr(scene, "cycles", None)
     most = FAR if cycles is None else min(cycles.diffuse_bounces, cycles.max_bounces)
-    if most < FAR and albedo.mean(axis=0).max() ** (most + 1) > WORTH_A_WORD:
+    if most < FAR and albedo.reshape(-1, 3).mean(axis=0).max() ** (most + 1) > WORTH_A_WORD:
         findings.modelled(f"light after the {most} reflections at which the scene lets Cycles stop")
 
 

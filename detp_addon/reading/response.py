@@ -93,6 +93,41 @@ class Response:
         return Response(*(np.concatenate(arrays) for arrays in zip(*(part.arrays for part in parts), strict=True)))
 
 
+@dataclass(frozen=True)
+class Optics:
+    """What T triangles do to light in each of VIEWS (views.py).
+
+    Between surfaces, and from the world, light meets the first two, of fronts and of backs; on its way from lamps and
+    what shines the next two let it pass; and the last two shine.
+
+    front  T rows, of the first view
+    rows   (R,) the triangles that are not the same in all views, ascending
+    views  R rows, in each of VIEWS; none when there are no such triangles
+    """
+
+    front: Response
+    rows: np.ndarray
+    views: tuple[Response, ...]
+
+    def seen(self, name: str, number: int) -> np.ndarray:
+        """The array ``name`` of the response (T rows) in the view of that ``number``."""
+        values = getattr(self.front, name)
+        if number > 0 and len(self.rows):
+            values = values.copy()
+            values[self.rows] = getattr(self.views[number], name)
+        return values
+
+    @property
+    def emission(self) -> np.ndarray:
+        """Radiance (T, 3) that fronts give off, W/(m^2 sr)."""
+        return self.seen("emission", 4)
+
+    @property
+    def shines(self) -> np.ndarray:
+        """Whether (T,) any side gives light off."""
+        return (self.emission != 0).any(axis=1) | (self.seen("emission", 5) != 0).any(axis=1)
+
+
 def _glass(gloss: np.ndarray, clear: np.ndarray) -> np.ndarray:
     """How much (m, 1) of the surface is a clear boundary, whatever its tints."""
     return 0.5 * (gloss + clear).mean(axis=1, keepdims=True)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...core.scene import Scene
+from ...core.sides import any_side
 from .corner_neighbourhood import Corners, Neighbourhood, means
 from .estimation_points import CornerPoints
 from .read_meshes import MeshSurface
@@ -49,7 +50,7 @@ def settled_points(points: list[CornerPoints], surfaces: list[MeshSurface], scen
     rows, centres, inward = corners.rows.copy(), corners.centres[corners.rows], corners.inward
     covered, alone, moved = np.zeros((3, len(rows)), bool)
     behind = np.zeros(len(rows))
-    opaque = (scene.transmittance == 0).all(axis=1)
+    opaque = ~any_side(scene.transmittance)
     if opaque.any():
         around = Neighbourhood(corners, scene.corners[opaque])
         (behind, way, facing), covered = around.behind(), around.covered()

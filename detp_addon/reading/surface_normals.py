@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from .joined_rows import numbered, starts_of
-from .read_attributes import face_sizes
-from .read_meshes import MeshSurface, stored_normals
+from .read_attributes import face_sizes, stored_normals
+from .read_meshes import MeshSurface
 from .triangle_geometry import cross, dots, safe_unit
 
 #: cosine below which a corner's normal does not belong to its face

@@ -8,6 +8,7 @@ import numpy as np
 
 from .read_images import Images
 from .texture_pyramid import triangle_centres
+from .views import VIEWS, View
 
 _ROWS = 4
 
@@ -24,42 +25,46 @@ class WhereaboutsUnknown(Exception):  # noqa: N818
     """A value depends on the place on a surface, where there is none."""
 
 
-#: what Light Path tells of the rays by which diffuse light travels between surfaces; other outputs are 0
-DIFFUSE_RAYS = {
-    "Is Diffuse Ray": 1.0,
-    "Is Reflection Ray": 1.0,
-    "Ray Length": 1.0,
-    "Ray Depth": 1.0,
-    "Diffuse Depth": 1.0,
-}
-#: of those that end in the world, which has no distance and counts as one reflection more
-WORLD_RAYS = {**DIFFUSE_RAYS, "Ray Length": 0.0, "Ray Depth": 2.0}
-#: and of those to a lamp, which are of no kind; their length is none that holds everywhere
-LAMP_RAYS = {"Ray Depth": 1.0, "Ray Length": None}
+#: numbers in what the mesh or its object gives, where they are not three
+_WIDTHS = {"attribute": 4, "property": 4, "island": 1, "object index": 1, "object alpha": 1, "object random": 1}
 
 
 @dataclass
 class Probe:
-    """No place at all: notes which ``attributes`` the nodes ask for, and gives zeros."""
+    """No place at all: notes what the nodes ask for, and gives zeros.
 
-    rays = DIFFUSE_RAYS
+    needs  kinds and names of what the mesh or its object must give
+    asks   "rays", "side" and "angle", where the values depend on those
+    """
+
     real = False
-    attributes: set[tuple[str, str]] = field(default_factory=set)
+    needs: set[tuple[str, str]] = field(default_factory=set)
+    asks: set[str] = field(default_factory=set)
 
-    def uv(self, name: str) -> np.ndarray:
+    def given(self, kind: str, name: str = "") -> np.ndarray:
         """Zero, and a note."""
-        self.attributes.add(("uv", name))
-        return np.zeros((1, 3))
+        self.needs.add((kind, name))
+        return np.zeros((1, _WIDTHS.get(kind, 3)))
 
-    def attribute(self, name: str) -> np.ndarray:
-        """Zero, and a note."""
-        self.attributes.add(("attribute", name))
-        return np.zeros((1, 4))
+    def ray(self, output: str) -> float:
+        """Zero, and a note when not all kinds of rays tell the same."""
+        if len({view.rays.get(output, 0.0) for view in VIEWS}) > 1:
+            self.asks.add("rays")
+        return 0.0
 
-    def position(self, space: str) -> np.ndarray:
-        """Zero, and a note."""
-        self.attributes.add(("position", space))
-        return np.zeros((1, 3))
+    @property
+    def back(self) -> bool:
+        """The front, and a note."""
+        self.asks.add("side")
+        return False
+
+    @property
+    def cosine(self) -> float:
+        """One, and a note."""
+        self.asks.add("angle")
+        return 1.0
+
+    material_index = 0.0
 
     def image(self, node, coordinates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Black; what matters is what the coordinates asked for."""
@@ -68,6 +73,8 @@ class Probe:
     def unknown(self, feature: str) -> None:
         """Nothing: the real evaluation names it."""
 
+    about = unknown
+
 
 class Nowhere:
     """No surface at all, for lights and worlds that are the same everywhere; raises WhereaboutsUnknown otherwise."""
@@ -75,13 +82,27 @@ class Nowhere:
     real = True
 
     def __init__(self, rays: dict[str, float | None]):
-        self.rays = rays
+        self._rays = rays
 
-    def uv(self, name: str):
+    def given(self, kind: str, name: str = ""):
         """Raise."""
         raise WhereaboutsUnknown
 
-    attribute = position = unknown = uv
+    unknown = given
+
+    @property
+    def back(self):
+        """Raise."""
+        raise WhereaboutsUnknown
+
+    cosine = material_index = back
+
+    def ray(self, output: str) -> float | None:
+        """What a Light Path node tells there."""
+        return self._rays.get(output, 0.0)
+
+    def about(self, feature: str) -> None:
+        """Nothing: what is mostly so will do."""
 
     def image(self, node, coordinates):
         """Raise."""
@@ -89,27 +110,30 @@ class Nowhere:
 
 
 class Patches:
-    """The PATCHES of T triangles, whose attributes are given at their corners (T, 3, c)."""
+    """The PATCHES of T triangles, looked at in that ``view``, with what is given at their corners (T, 3, c).
 
-    rays = DIFFUSE_RAYS
+    ``unknown`` is called with what is not known; ``material_index`` is the material's.
+    """
+
     real = True
 
-    def __init__(self, corners: dict[tuple[str, str], np.ndarray], images: Images, unknown):
+    def __init__(
+        self, corners: dict[tuple[str, str], np.ndarray], images: Images, unknown, view: View, material_index: float
+    ):
         self._corners = corners
         self._images = images
-        self.unknown = unknown
+        self.unknown = self.about = unknown
+        self._rays, self.back, self.cosine = view.rays, view.back, view.cosine
+        self.material_index = material_index
 
-    def uv(self, name: str) -> np.ndarray:
-        """Texture coordinates (16 T, 3)."""
-        return self._spread(("uv", name))
+    def ray(self, output: str) -> float | None:
+        """What a Light Path node tells there."""
+        return self._rays.get(output, 0.0)
 
-    def attribute(self, name: str) -> np.ndarray:
-        """RGBA (16 T, 4)."""
-        return self._spread(("attribute", name))
-
-    def position(self, space: str) -> np.ndarray:
-        """Coordinates (16 T, 3)."""
-        return self._spread(("position", space))
+    def given(self, kind: str, name: str = "") -> np.ndarray:
+        """What the mesh or its object gives there (16 T, c)."""
+        corners = self._corners[(kind, name)]
+        return np.einsum("pc,tck->tpk", PATCHES, corners).reshape(-1, corners.shape[2])
 
     def image(self, node, coordinates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Colour (16 T, 3) and alpha (16 T, 1), each averaged over its patch."""
@@ -122,10 +146,6 @@ class Patches:
         if texture.associated:
             colour = np.divide(colour, alpha, out=colour.copy(), where=alpha > 0)
         return colour, alpha
-
-    def _spread(self, key: tuple[str, str]) -> np.ndarray:
-        corners = self._corners[key]
-        return np.einsum("pc,tck->tpk", PATCHES, corners).reshape(-1, corners.shape[2])
 
 
 def _patch_edges(coordinates: np.ndarray) -> np.ndarray:

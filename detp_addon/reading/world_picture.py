@@ -10,10 +10,13 @@ from contextlib import contextmanager
 
 import bpy
 import numpy as np
+from mathutils import Vector
 
 from ...core.errors import SceneBusyError
+from ...core.lights.sun import SunLight
 from .render_view import render, temporary_scene
-from .surface_places import WORLD_RAYS
+from .views import WORLD_RAYS
+from .world_spots import Spot, hide_suns, spots
 
 #: size of the picture; the sun is about one and a half pixels wide
 WIDTH, HEIGHT = 1024, 512
@@ -30,16 +33,30 @@ _BRIGHT, _AS_BRIGHT_AS = 10.0, 0.01
 #: most samples a pixel
 _MOST_SAMPLES = 1 << 13
 
+#: sides of close-ups of what may be a sun, in pixels, and samples in each
+CLOSE, _CLOSE_SAMPLES = 96, 32
 
-def world_picture(world, frame: int) -> np.ndarray:
-    """Radiance (HEIGHT, WIDTH, 3) that diffuse surfaces receive from ``world``, in the layout of EnvironmentWorld.
+#: suns have more than this share of the world's light, and, of images, are smaller than this many radians
+_LEAST_SUN, _SMALL = 1e-3, 0.02
 
-    Small bright things such as the sun are rendered again with more samples, so that their flux is right to about a
-    percent. Raises SceneBusyError when Blender refuses to render.
+#: what surrounds them is darker than this share of their brightest
+_BESIDE = 0.05
+
+
+def world_lights(world, frame: int, left_out) -> tuple[np.ndarray, list[SunLight]]:
+    """What diffuse surfaces receive from ``world``: radiance (HEIGHT, WIDTH, 3), in the layout of EnvironmentWorld, and
+    suns that are too small for a picture, which are no part of it.
+
+    Other bright things are rendered again with more samples, so that their flux is right to about a percent.
+    ``left_out`` is called with what cannot be honoured. Raises SceneBusyError when Blender refuses to render.
     """
     with temporary_scene(bpy.data.scenes.new("detp")) as scene, _seen_by_diffuse_light(world) as copy:
         _prepare(scene, frame)
         scene.world = copy
+        found = spots(copy.node_tree, left_out)
+        near = [_close_up(scene, spot) for spot in found]
+        hide_suns(copy.node_tree)
+        _prepare(scene, frame)
         picture = _rendered(scene, _SAMPLES)
         box = _bright_box(picture)
         if box is not None:
@@ -52,7 +69,64 @@ def world_picture(world, frame: int) -> np.ndarray:
             again = _rendered(scene, int(np.clip(_BRIGHT_SAMPLES // pixels, _SAMPLES, _MOST_SAMPLES)))
             rows, columns = slice(low_row, high_row), slice(low_column, high_column)
             picture[rows, columns] = again[rows, columns]
-    return picture
+    suns = [_taken_out(picture, *each) for each in zip(found, near, strict=True)]
+    return picture, [sun for sun in suns if sun is not None]
+
+
+def _close_up(scene, spot: Spot) -> np.ndarray:
+    """Radiance (CLOSE, CLOSE, 3) around a spot, as a camera sees it that looks there."""
+    camera = scene.camera
+    camera.data.type = "PERSP"
+    camera.data.sensor_width = 2.0
+    camera.data.lens = 1.0 / math.tan(spot.half)
+    camera.rotation_euler = Vector(spot.towards).to_track_quat("-Z", "Y").to_euler()
+    scene.render.resolution_x = scene.render.resolution_y = CLOSE
+    return _rendered(scene, _CLOSE_SAMPLES)
+
+
+def _taken_out(picture: np.ndarray, spot: Spot, near: np.ndarray) -> SunLight | None:
+    """A sun for what a spot's close-up ``near`` has beyond what surrounds it, None when that is little.
+
+    What surrounds it is left in its place in the ``picture``, from which the discs of skies are hidden already.
+    """
+    steps = ((np.arange(CLOSE) + 0.5) / CLOSE * 2.0 - 1.0) * math.tan(spot.half)
+    across, up = np.meshgrid(steps, steps)
+    square = across**2 + up**2
+    within = square < math.tan(spot.half) ** 2
+    solid_angle = within * (2.0 * math.tan(spot.half) / CLOSE) ** 2 / (1.0 + square) ** 1.5
+    ring = within & (square > 0.8 * math.tan(spot.half) ** 2)
+    background = np.median(near[ring], axis=0)
+    excess = near - background
+    flux = (excess * solid_angle[..., None]).sum(axis=(0, 1))
+    directions, sizes = pixel_directions(HEIGHT, WIDTH)
+    whole = np.abs(picture).max(axis=2) @ np.ones(WIDTH) @ sizes + np.abs(flux).max()
+    weight = np.maximum(excess.sum(axis=2), 0.0) * solid_angle
+    strength = excess.max(axis=2)
+    alone = strength[ring].max() <= _BESIDE * strength.max()
+    if np.abs(flux).max() <= _LEAST_SUN * whole or not weight.any() or not alone:
+        return None
+    middle = np.array([(weight * across).sum(), (weight * up).sum()]) / weight.sum()
+    turn = np.array(Vector(spot.towards).to_track_quat("-Z", "Y").to_matrix())
+    if spot.disc is not None:
+        return SunLight(-spot.towards, flux, spot.disc)
+    spread = (weight * ((across - middle[0]) ** 2 + (up - middle[1]) ** 2)).sum() / weight.sum()
+    # Of a disc that is bright all over the mean square is half of its radius squared.
+    angle = 2.0 * math.atan(math.sqrt(2.0 * spread))
+    if angle > _SMALL:
+        return None
+    near_by = directions @ spot.towards > math.cos(spot.half + np.pi / HEIGHT)
+    picture[near_by] = np.minimum(picture[near_by], background)
+    return SunLight(-turn @ np.array((*middle, -1.0)), flux, angle)
+
+
+def pixel_directions(height: int, width: int) -> tuple[np.ndarray, np.ndarray]:
+    """Unit vectors (height, width, 3) to the middles of a picture's pixels, and solid angles (height,) of a pixel."""
+    latitude = np.pi * ((np.arange(height) + 0.5) / height - 0.5)
+    azimuth = 2.0 * np.pi * (0.5 - (np.arange(width) + 0.5) / width)
+    level = np.cos(latitude)[:, None]
+    up = np.broadcast_to(np.sin(latitude)[:, None], (height, width))
+    towards = np.stack([level * np.cos(azimuth), level * np.sin(azimuth), up], axis=-1)
+    return towards, np.cos(latitude) * (np.pi / height) * (2.0 * np.pi / width)
 
 
 @contextmanager
@@ -111,7 +185,8 @@ def _prepare(scene, frame: int) -> None:
     panorama.panorama_type = "EQUIRECTANGULAR"
     # Upright, with the middle of the picture looking along +X.
     camera.rotation_euler = (0.5 * math.pi, 0.0, -0.5 * math.pi)
-    scene.collection.objects.link(camera)
+    if camera.name not in scene.collection.objects:
+        scene.collection.objects.link(camera)
     settings = scene.render
     settings.engine = "CYCLES"
     settings.resolution_x, settings.resolution_y, settings.resolution_percentage = WIDTH, HEIGHT, 100
@@ -144,7 +219,8 @@ def _rendered(scene, samples: int) -> np.ndarray:
             image.pixels.foreach_get(values)
         finally:
             bpy.data.images.remove(image)
-    return np.nan_to_num(values.reshape(HEIGHT, WIDTH, -1)[..., :3].astype(np.float64), posinf=0.0, neginf=0.0)
+    shape = scene.render.resolution_y, scene.render.resolution_x, -1
+    return np.nan_to_num(values.reshape(shape)[..., :3].astype(np.float64), posinf=0.0, neginf=0.0)
 
 
 def _bright_box(picture: np.ndarray) -> tuple[int, int, int, int] | None:

@@ -16,7 +16,9 @@ def beside_cycles(obj, samples=256, photons=100_000, radius=None):
     scene, layer = bpy.context.scene, bpy.context.view_layer
     ours = []
     for seed in range(SEEDS):
-        request = BakeRequest(BakeSettings(photons=photons, seed=seed, radius=radius), (obj.name,), activate=False)
+        request = BakeRequest(
+            BakeSettings(photons=photons, seed=seed, radius=radius), (obj.name,), activate=False, fit="vertices"
+        )
         finished(bake_scene(scene, layer, request))
         ours.append(light_of(obj, "irradiance"))
     give_light_attribute(obj.data)

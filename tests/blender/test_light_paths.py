@@ -180,7 +180,7 @@ def test_groups_hand_on_what_stands_outside_them(floor):
         holder.node_tree = group
         holder.inputs["Tint"].default_value = (0.4, 0.6, 0.8, 1)
         quarter = grouped(tree, lambda inner: node(inner, "ShaderNodeMath", {"operation": "MULTIPLY"}, Value=0.25,
-                                                   Value_001=path(inner, "Is Diffuse Ray")).outputs[0],
+                                                   Value_001=path(inner, "Ray Depth")).outputs[0],
                           2, "NodeSocketFloat")  # fmt: skip
         tree.links.new(quarter, holder.inputs["Share"])
         return holder

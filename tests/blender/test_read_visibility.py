@@ -72,9 +72,10 @@ def test_only_the_given_view_layer_counts(scene):
     assert [t.object_name for t in read_scene(scene, other, None, "CORNER").targets] == ["always"]
 
 
-def test_objects_hidden_from_diffuse_light_are_left_out_and_named():
+def test_objects_hidden_from_all_rays_of_diffuse_light_are_left_out_and_named():
     quad("floor")
-    quad("ghost").visible_diffuse = False
+    ghost = quad("ghost")
+    ghost.visible_diffuse = ghost.visible_shadow = False
     result = read()
     assert result.triangles == 2
     assert any("ghost" in sentence for sentence in result.left_out)

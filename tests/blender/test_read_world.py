@@ -9,6 +9,7 @@ bpy = pytest.importorskip("bpy")
 
 from detp.core.lights.environment import EnvironmentWorld  # noqa: E402
 from detp.core.lights.world import UniformWorld  # noqa: E402
+from detp.detp_addon.reading.world_spots import spots  # noqa: E402
 from made_scenes import all_counts, fresh, image, lamp, node, quad, read, with_nodes, world  # noqa: E402
 
 
@@ -105,39 +106,85 @@ def test_the_picture_shows_what_diffuse_rays_see():
     assert abs(only_light().radiance.mean()) < 0.01
 
 
-def test_a_small_bright_spot_keeps_its_flux():
-    # One bright texel, a quarter of a pixel of the picture.
-    pixels = np.zeros((1024, 2048, 4), np.float32)
+def sky_image(spots, size=(1024, 2048), turn=None):
+    """A world of grey 0.01 with bright texels, {(row, column): colour}, turned by a Mapping node."""
+    pixels = np.full((*size, 4), 0.01, np.float32)
     pixels[..., 3] = 1
-    pixels[..., :3] = 0.01
-    pixels[800, 400, :3] = (9e4, 6e4, 3e4)
+    for place, colour in spots.items():
+        pixels[place][:3] = colour
     picture = image(pixels, "sky", "Non-Color", is_float=True)
-    world_of(lambda tree: (node(tree, "ShaderNodeTexEnvironment", {"image": picture, "interpolation": "Closest"})
-                           .outputs[0], 1.0))  # fmt: skip
-    radiance = only_light().radiance
-    latitude = math.pi * ((800 + np.array([0, 1])) / 1024 - 0.5)
-    solid_angle = np.diff(np.sin(latitude))[0] * 2 * math.pi / 2048
-    flux = (radiance * directions(radiance)[1][..., None]).sum(axis=(0, 1)) - 4 * math.pi * 0.01
-    assert np.allclose(flux, solid_angle * np.array([9e4, 6e4, 3e4]), rtol=0.01)
+
+    def build(tree):
+        made = node(tree, "ShaderNodeTexEnvironment", {"image": picture, "interpolation": "Closest"})
+        if turn is not None:
+            towards = tree.nodes.new("ShaderNodeTexCoord").outputs["Generated"]
+            mapping = node(tree, "ShaderNodeMapping", Vector=towards, Rotation=turn)
+            tree.links.new(mapping.outputs[0], made.inputs[0])
+        return made.outputs[0], 1.0
+
+    world_of(build)
 
 
-def test_sky_with_sun_against_cycles_own_bake(scene):
-    """The light on planes facing many ways, as Cycles bakes it and as the picture gives it."""
+def texel(row, column, size=(1024, 2048)):
+    """Towards the middle of a texel, and its solid angle."""
+    latitude, azimuth = np.pi * ((row + 0.5) / size[0] - 0.5), 2 * np.pi * (0.5 - (column + 0.5) / size[1])
+    level = math.cos(latitude)
+    towards = np.array((level * math.cos(azimuth), level * math.sin(azimuth), math.sin(latitude)))
+    edges = np.sin(np.pi * ((row + np.array([0, 1])) / size[0] - 0.5))
+    return towards, np.diff(edges)[0] * 2 * math.pi / size[1]
+
+
+def test_a_single_bright_texel_is_a_sun():
+    """Two texels of a large image: each becomes a light of its own, and nothing of it stays in the picture."""
+    places = {(800, 400): (9e4, 6e4, 3e4), (600, 1500): (2e4, 2e4, 4e4)}
+    sky_image(places)
+    *suns, sky = read().scene.lights
+    assert len(suns) == 2 and np.allclose(sky.radiance, 0.01, rtol=1e-3)
+    for sun, (place, colour) in zip(suns, places.items(), strict=True):
+        towards, solid_angle = texel(*place)
+        assert np.allclose(sun.irradiance, solid_angle * np.array(colour), rtol=0.02)
+        assert np.degrees(np.arccos(-sun.direction @ towards)) < 0.02 and 0.05 < np.degrees(sun.angle) < 0.4
+
+
+@pytest.mark.parametrize("angle", [0.4, 2.0, 3.7])
+def test_a_sun_is_found_however_its_image_is_turned(angle):
+    sky_image({(700, 1000): (5e4, 5e4, 5e4)}, turn=(0.0, 0.0, angle))
+    (spot,) = spots(bpy.context.scene.world.node_tree, None)
+    towards, _ = texel(700, 1000)
+    # The node turns coordinates, so the image goes the other way.
+    turn = np.array([[math.cos(angle), math.sin(angle), 0], [-math.sin(angle), math.cos(angle), 0], [0, 0, 1]])
+    assert np.degrees(np.arccos(min(spot.towards @ (turn @ towards), 1.0))) < 0.02
+
+
+def test_what_is_no_small_spot_stays_in_the_picture():
+    """A lamp of ten degrees, and a texel that is bright but brings next to nothing."""
+    pixels = {(row, column): (30.0, 30.0, 30.0) for row in range(600, 656) for column in range(500, 556)}
+    sky_image(pixels | {(300, 300): (5.0, 5.0, 5.0)})
+    (light,) = read().scene.lights
+    solid_angle = sum(texel(*place)[1] for place in pixels)
+    flux = (light.radiance * directions(light.radiance)[1][..., None]).sum(axis=(0, 1)) - 4 * math.pi * 0.01
+    assert np.allclose(flux, solid_angle * 30.0, rtol=0.02)
+
+
+def test_sky_with_sun_against_cycles_own_bake(scene, size=0.1):
+    """The light on planes facing many ways, as Cycles bakes it and as the sun and the picture give it."""
 
     def build(tree):
         sky = tree.nodes.new("ShaderNodeTexSky")
-        sky.sun_elevation, sky.sun_rotation = 0.4, 0.7
+        sky.sun_elevation, sky.sun_rotation, sky.sun_size = 0.4, 0.7, math.radians(size)
         return sky.outputs[0], 0.1
 
     world_of(build)
     facing = [(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1), (-1, 0, 1)]
-    picture = only_light().radiance
-    towards, solid_angle = directions(picture)
+    sun, sky = read().scene.lights
+    assert np.degrees(sun.angle) == pytest.approx(size, rel=1e-4)
+    towards, solid_angle = directions(sky.radiance)
     expected = []
     for normal in facing:
         unit = np.array(normal) / np.linalg.norm(normal)
         weight = np.maximum(towards @ unit, 0) * solid_angle
-        expected.append((picture * weight[..., None]).sum(axis=(0, 1)) / math.pi)
+        direct = sun.irradiance * max(-sun.direction @ unit, 0.0)
+        expected.append(((sky.radiance * weight[..., None]).sum(axis=(0, 1)) + direct) / math.pi)
     baked = _baked_by_cycles(scene, facing)
     assert np.allclose(baked, expected, rtol=0.02)
 

@@ -4,7 +4,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from detp.detp_addon.reading.render_settings import NAMED, USUAL_LIMITS, decision  # noqa: E402
+from detp.detp_addon.reading.render_settings import USUAL_LIMITS  # noqa: E402
 from made_scenes import diffuse, fresh, lamp, material, node, quad, read  # noqa: E402
 
 
@@ -25,34 +25,6 @@ def mirror():
     quad("mirror", location=(0, 0, 3)).data.materials.append(
         material(lambda tree: node(tree, "ShaderNodeBsdfGlossy", Roughness=0.0))
     )
-
-
-def walked(scene):
-    """Kind of settings -> the properties that this Blender has."""
-    obj, light = bpy.data.objects["floor"], bpy.data.lights.new("lamp", "AREA")
-    of_objects = ("visible_", "is_holdout", "is_shadow_catcher", "hide_render")
-    made = {
-        "scene": scene.cycles, "object": obj.cycles, "light": light.cycles, "world": scene.world.cycles,
-        "world in mirrors": scene.world.cycles_visibility, "view layer": scene.view_layers[0],
-        "collection": scene.view_layers[0].layer_collection, "light linking": obj.light_linking,
-        "material": bpy.data.materials.new("paint").cycles,
-    }  # fmt: skip
-    walk = {kind: [prop.identifier for prop in made[kind].bl_rna.properties] for kind in made}
-    walk["visibility"] = [name for name in obj.bl_rna.properties.keys() if name.startswith(of_objects)]
-    return {kind: [name for name in names if name not in ("rna_type", "name")] for kind, names in walk.items()}
-
-
-def test_every_property_of_cycles_has_been_decided_on(scene):
-    walk = walked(scene)
-    in_mirrors = set(NAMED["visibility in mirrors"])
-    missing = [
-        f"{kind}.{name}"
-        for kind, names in walk.items()
-        for name in names
-        if decision(kind, name) is None and not (kind == "visibility" and name in in_mirrors)
-    ]
-    assert missing == []
-    assert sum(len(names) for names in walk.values()) > 150
 
 
 def test_blenders_usual_settings_need_no_word(scene):
@@ -150,28 +122,10 @@ def test_holdouts_and_indirect_only_collections_light_as_others_do(scene):
         setattr(layer, prop, False)
 
 
-def test_an_object_hidden_from_diffuse_light_loses_its_shadow_and_that_is_said():
-    obj = quad("ghost", location=(0, 0, 1))
-    obj.visible_diffuse = False
-    assert any("ghost" in sentence and "shadow" in sentence for sentence in read().left_out)
-    obj.visible_shadow = False
-    assert not any("shadow" in sentence for sentence in read().left_out)
-
-
 def test_a_scene_without_a_world_has_no_settings_of_one(scene):
     scene.world = None
     lamp("SUN", energy=1.0)
     assert read().left_out == ()
-
-
-def test_transparent_shadows_that_are_switched_off_are_named():
-    made = material(lambda tree: node(tree, "ShaderNodeBsdfTransparent", Color=(0.5, 0.5, 0.5, 1)), "veil")
-    solid = material(lambda tree: node(tree, "ShaderNodeBsdfDiffuse"), "solid")
-    for number, paint in enumerate((made, solid)):
-        paint.use_transparent_shadow = False
-        quad("pane", location=(0, 0, 1 + number)).data.materials.append(paint)
-    (sentence,) = read().left_out
-    assert "transparent shadows of 1 material (veil)" in sentence
 
 
 @pytest.mark.parametrize("albedo, limit, said", [(0.8, 4, True), (0.2, 4, False), (0.8, 64, False), (0.95, 32, True)])

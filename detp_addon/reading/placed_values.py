@@ -1,0 +1,112 @@
+"""What shaders ask of the object that wears a material: its place, its colour, its random number, its properties."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from .islands import object_number
+from .triangle_geometry import normal_matrices, safe_unit
+
+#: what each object gives anew: a kind, or kind and name -> the key of the mesh's own values that it is made from
+BASES = {
+    ("position", "World"): ("position", "Object"),
+    ("normal", "World"): ("normal", "Object"),
+    ("face normal", "World"): ("face normal", "Object"),
+    "position in": ("position", "Object"),
+    "object location": None,
+    "object colour": None,
+    "object alpha": None,
+    "object index": None,
+    "object random": None,
+    "property": None,
+}
+
+
+@dataclass(frozen=True)
+class Standing:
+    """An object, or an instance of one, as it stands in the scene.
+
+    matrix  (4, 4) that takes its mesh into the world, in Blender's units
+    random  its number from 0 to 1
+    """
+
+    obj: bpy.types.Object
+    parent: bpy.types.Object | None
+    matrix: np.ndarray
+    random: float
+    depsgraph: bpy.types.Depsgraph
+
+    @classmethod
+    def of(cls, instance, depsgraph) -> Standing:
+        """Of an instance of the ``depsgraph``."""
+        matrix, obj = np.array(instance.matrix_world, np.float64), instance.object
+        if not instance.is_instance:
+            return cls(obj, None, matrix, object_number(obj.name), depsgraph)
+        # Cycles makes a number of 32 bits to one from 0 to 1.
+        random = (instance.random_id & 0xFFFFFFFF) / 0xFFFFFFFF
+        return cls(obj, instance.parent, matrix, random, depsgraph)
+
+
+def placed_value(key: tuple[str, str], standing: Standing, given: dict, corners: int) -> np.ndarray:
+    """The values (corners, c) of ``key``; ``given`` has those of the mesh that it is made from."""
+    kind, name = key
+    matrix, base = standing.matrix, BASES.get(key, BASES.get(kind))
+    if base is not None:
+        values = given[base].astype(np.float64)
+        if kind.endswith("normal"):
+            return safe_unit(values @ normal_matrices(matrix[None])[0].T)[0]
+        places = values @ matrix[:3, :3].T + matrix[:3, 3]
+        if kind == "position":
+            return places
+        other = bpy.data.objects.get(name)
+        inverse = np.linalg.pinv(np.array(other.evaluated_get(standing.depsgraph).matrix_world)) if other else np.eye(4)
+        return places @ inverse[:3, :3].T + inverse[:3, 3]
+    obj = standing.obj
+    if kind == "property":
+        value = _property(*name.split(" ", 1), standing)
+    else:
+        value = {
+            "object location": lambda: matrix[:3, 3],
+            "object colour": lambda: obj.color[:3],
+            "object alpha": lambda: obj.color[3:],
+            "object index": lambda: [obj.pass_index],
+            "object random": lambda: [standing.random],
+        }[kind]()
+    return np.broadcast_to(np.array(value, np.float64), (corners, len(value)))
+
+
+def _property(kind: str, name: str, standing: Standing) -> np.ndarray:
+    """RGBA (4,) of a property by its name or path: of the instancer and the object, or of the view layer and the scene.
+
+    Black without one, as in Cycles.
+    """
+    graph = standing.depsgraph
+    owners = [standing.obj, standing.obj.data]
+    if kind == "INSTANCER":
+        owners = [standing.parent, *owners]
+    if kind == "VIEW_LAYER":
+        owners = [graph.view_layer_eval, graph.scene_eval, graph.scene_eval.world]
+    for owner in owners:
+        value = _looked_up(owner, name) if owner is not None and name else None
+        if value is not None:
+            return value
+    return np.zeros(4)
+
+
+def _looked_up(owner, name: str) -> np.ndarray | None:
+    value = owner.get(name)
+    if value is None:
+        try:
+            value = owner.path_resolve(name)
+        except ValueError:
+            return None
+    try:
+        numbers = np.atleast_1d(np.array(value, np.float64)).ravel()
+    except (TypeError, ValueError):
+        return None
+    if len(numbers) == 1:
+        return np.array([*np.repeat(numbers, 3), 1.0])
+    return np.array([*numbers[:4], 0.0, 0.0, 1.0][:3] + [numbers[3] if len(numbers) > 3 else 1.0])

@@ -18,7 +18,7 @@ from .records import WIDTH, Records
 from .reflected_light import ReflectedLight
 
 #: Rounds of shadow rays from each record at first, and at most: their noise is averaged by the points that look there.
-FIRST_ROUNDS, MOST_ROUNDS = 8, 256
+FIRST_ROUNDS, MOST_ROUNDS = 4, 256
 
 
 class RecordLight:

@@ -6,7 +6,7 @@ from detp.core import parallel
 from detp.core.direct.direct_light import LEARN_AFTER, DirectLight
 from detp.core.direct.direction_guide import SIDE, DirectionChoice, DirectionSums, cells
 from detp.core.direct.point_groups import LARGEST_GROUP, PointGroups
-from detp.core.direct.round_plan import LEAST_SHARE, planned
+from detp.core.direct.round_plan import DARK_SHARE, LEAST_SHARE, planned
 from detp.core.direct.spots import Spots
 from detp.core.lights.environment import EnvironmentWorld
 from detp.core.lights.sun import SunLight
@@ -160,11 +160,11 @@ def test_points_with_other_light_need_fewer_rays():
 
 
 def test_rounds_follow_the_noise_and_cost_what_was_asked():
-    variance = np.repeat([0.0, 0.04, 0.16], 1000)
-    (plan,) = planned(16, (np.full(3000, 16.0),), (variance,), (8,))
-    assert plan.sum() == pytest.approx(16 * 3000, rel=0.01)
-    few, some, many = plan.reshape(3, -1).mean(axis=1)
-    assert few == pytest.approx(16 * LEAST_SHARE, rel=0.01)
+    variance = np.repeat([0.0, 1e-9, 0.04, 0.16], 1000)
+    (plan,) = planned(16, (np.full(4000, 16.0),), (variance,), (8,))
+    assert plan.sum() == pytest.approx(16 * 4000, rel=0.01)
+    none, few, some, many = plan.reshape(4, -1).mean(axis=1)
+    assert none == pytest.approx(16 * DARK_SHARE, rel=0.01) and few == pytest.approx(16 * LEAST_SHARE, rel=0.01)
     assert (many + 16) == pytest.approx(2 * (some + 16), rel=0.05)
     unknown = planned(4, (np.zeros(5), np.zeros(5)), (np.full(5, np.nan),) * 2, (4, 8))
     assert all((rounds == 4).all() for rounds in unknown)

@@ -15,10 +15,11 @@ import numpy as np
 
 from ..core.bake import BakeResult, Progress, bake
 from ..core.direct.ambient_occlusion import ambient_occlusion
+from ..core.direct.lit_behind import lit_behind
 from ..core.errors import DetpError, InvalidSettingError, NoLightError, NoMeshError, UnwritableFileError
 from ..core.estimator.enclosure import unlit
 from ..core.settings import BakeSettings
-from .causes import why_dark, why_no_light, why_nothing_to_bake
+from .causes import turned_away, why_dark, why_no_light, why_nothing_to_bake
 from .chosen_objects import chosen_objects
 from .chosen_views import not_baked
 from .element_values import QUANTITIES, quantity_values, spread
@@ -32,6 +33,9 @@ DOMAINS = ("CORNER", "POINT")
 
 #: seconds to write the colour of one point, and the least time that is left to the bake itself
 WRITING, LEAST_SECONDS = 4e-6, 0.05
+
+#: objects that are dark all over, and points of each, whose backs are looked at; what counts as lit, of what is usual
+MOST_DARK, DARK_POINTS, LIT_BEHIND = 64, 16, 0.1
 
 #: share of the emitted flux that the bounce limit may cut without a warning
 HARMLESS_CUT = 0.01
@@ -140,6 +144,7 @@ def bake_scene(
 
     yield JobProgress("Writing the colours", 1.0)
     writing = time.perf_counter()
+    turned = _turned_away(targets, export, rows, result) if request.quantity != "ambient-occlusion" else []
     targets = _seen(targets, export, rows, result)
     colours, gone = _colours(targets, result, request)
     notes = write_colours(colours, request.domain, request.attribute if request.activate else None)
@@ -172,7 +177,7 @@ def bake_scene(
         left_out=tuple(export.left_out),
         blender_scene=names[0],
         view_layer=names[1],
-        warnings=(*others, *export.warnings, *refusals, *gone, *notes, *doubts),
+        warnings=(*others, *export.warnings, *refusals, *gone, *notes, *doubts, *turned),
     )
 
 
@@ -237,6 +242,24 @@ def _job_progress(progress: Progress, found: BakeResult | None, passed: float, s
     remaining = passed * (1 - share) / share if 0.01 < share < 1 else None
     error = None if found is None or not np.isfinite(found.relative_error) else found.relative_error
     return JobProgress(progress.phase, share, remaining, error, shown)
+
+
+def _turned_away(targets: list[BakeTarget], export: ExportedScene, rows: np.ndarray, result: BakeResult) -> list[str]:
+    """A sentence on the objects that are dark all over, but lit on the backs of their faces; none without any."""
+    dark, names, asked = unlit(result.irradiance), [], []
+    for target in targets:
+        own = np.unique(target.point_rows[target.point_rows >= 0])
+        if len(own) and dark[own].all() and len(names) < MOST_DARK:
+            names.append(target.object_name)
+            asked.append(own[:: -(-len(own) // DARK_POINTS)])
+    if not names or dark.all():
+        return []
+    every = rows[np.concatenate(asked)]
+    behind = lit_behind(export.scene, export.centres[every], export.normals[every], export.inward[every])
+    usual = np.median(np.abs(result.irradiance[~dark]).sum(axis=1))
+    lit = [part.mean() > LIT_BEHIND * usual for part in np.split(behind, np.cumsum([len(own) for own in asked])[:-1])]
+    names = [name for name, is_lit in zip(names, lit, strict=True) if is_lit]
+    return [turned_away(names)] if names else []
 
 
 def _seen(targets: list[BakeTarget], export: ExportedScene, rows: np.ndarray, result: BakeResult) -> list[BakeTarget]:

@@ -56,6 +56,12 @@ def why_dark(vertices: np.ndarray, photons: int) -> str:
     )
 
 
+def turned_away(names: list[str]) -> str:
+    """That the objects of those ``names`` are dark in front and lit from behind."""
+    which = _listed({"dark on the side that their faces point to, and lit from behind": names}, "object")
+    return f"{which}: if that side is seen, turn their normals (Mesh > Normals > Recalculate Outside)."
+
+
 def _why_no_face(obj: bpy.types.Object) -> str | None:
     if obj.hide_render:
         return "hidden from renders"

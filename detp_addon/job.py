@@ -15,11 +15,13 @@ import numpy as np
 
 from ..core.bake import BakeResult, Progress, bake
 from ..core.direct.ambient_occlusion import ambient_occlusion
+from ..core.direct.lit_behind import lit_behind
 from ..core.errors import DetpError, InvalidSettingError, NoLightError, NoMeshError, UnwritableFileError
 from ..core.estimator.enclosure import unlit
 from ..core.fit.vertex_fit import VertexFit
+from ..core.scene import Scene
 from ..core.settings import BakeSettings
-from .causes import why_dark, why_no_light, why_nothing_to_bake
+from .causes import turned_away, why_dark, why_no_light, why_nothing_to_bake
 from .chosen_objects import chosen_objects
 from .chosen_views import not_baked
 from .element_values import QUANTITIES, quantity_values, spread
@@ -34,6 +36,9 @@ DOMAINS = ("CORNER", "POINT")
 
 #: seconds to write the colour of one point, and the least time that is left to the bake itself
 WRITING, LEAST_SECONDS = 4e-6, 0.05
+
+#: objects that are dark all over, and points of each, whose backs are looked at; what counts as lit, of what is usual
+MOST_DARK, DARK_POINTS, LIT_BEHIND = 64, 16, 0.1
 
 #: share of the emitted flux that the bounce limit may cut without a warning
 HARMLESS_CUT = 0.01
@@ -149,6 +154,7 @@ def bake_scene(
     values = _values(points, result)
     colours, gone = _colours(targets, values, request)
     lossy = _lossy_faces(export, points, values, result, request.domain)
+    turned = _turned_away(targets, export.scene, points, result) if request.quantity != "ambient-occlusion" else []
     notes = write_colours(colours, request.domain, request.attribute if request.activate else None)
     end = time.perf_counter()
     doubts = _doubts(result, request.settings, stopped, export.scene.vertices)
@@ -180,7 +186,7 @@ def bake_scene(
         left_out=tuple(export.left_out),
         blender_scene=names[0],
         view_layer=names[1],
-        warnings=(*others, *export.warnings, *refusals, *gone, *notes, *doubts),
+        warnings=(*others, *export.warnings, *refusals, *gone, *notes, *doubts, *turned),
     )
 
 
@@ -216,6 +222,7 @@ class _Points:
 
     centres, normals, inward   (N, 3) as the core's bake takes them
     covered                    (N,) whether another face lies against that of the point
+    shown                      (N,) the value, or one of those, that shows the light of the point
     fit                        makes the colours' values of their light; None where each point is a value
     triangles                  (T,) of the faces as read, that it fits
     """
@@ -224,6 +231,7 @@ class _Points:
     normals: np.ndarray
     inward: np.ndarray
     covered: np.ndarray
+    shown: np.ndarray
     fit: VertexFit | None
     triangles: np.ndarray
 
@@ -252,12 +260,13 @@ def _points_of(targets: list[BakeTarget], export: ExportedScene) -> tuple[list[B
     renumbered = np.append(np.where(used, np.cumsum(used) - 1, -1), -1)
     moved = [replace(target, point_rows=renumbered[target.point_rows]) for target in targets]
     rows, fit, kept = np.flatnonzero(used), None, np.zeros(0, np.int64)
+    numbers = np.arange(len(rows))
     if shown is not None:
         faces, kept = shown.faces.of_values(used)
         places, rows = shown.places.on(kept)
-        fit = VertexFit(faces, places)
+        fit, numbers = VertexFit(faces, places), faces.values[places.triangle, 0]
     given = export.centres, export.normals, export.inward, export.covered
-    return moved, _Points(*(part[rows] for part in given), fit, kept)
+    return moved, _Points(*(part[rows] for part in given), numbers, fit, kept)
 
 
 def _values(points: _Points, result: BakeResult) -> _Values:
@@ -320,6 +329,29 @@ def _known_rows(target: BakeTarget, known: np.ndarray) -> np.ndarray:
     """The target's rows (C,) of values that are ``known`` (U,), -1 where none is, so that neighbours fill it."""
     rows = target.point_rows
     return np.where((rows >= 0) & np.append(known, False)[rows], rows, -1)
+
+
+def _turned_away(targets: list[BakeTarget], scene: Scene, points: _Points, result: BakeResult) -> list[str]:
+    """A sentence on the objects that are dark all over, but lit on the backs of their faces; none without any."""
+    owners = np.full(max((target.point_rows.max(initial=-1) for target in targets), default=-1) + 2, -1)
+    for number, target in enumerate(targets):
+        owners[target.point_rows] = number
+    owners = owners[:-1][points.shown]
+    order = np.argsort(owners, kind="stable")
+    starts = np.searchsorted(owners[order], np.arange(len(targets)))
+    dark, names, asked = unlit(result.irradiance), [], []
+    for target, own in zip(targets, np.split(order, starts)[1:], strict=True):
+        if len(own) and dark[own].all() and len(names) < MOST_DARK:
+            names.append(target.object_name)
+            asked.append(own[:: -(-len(own) // DARK_POINTS)])
+    if not names or dark.all():
+        return []
+    every = np.concatenate(asked)
+    behind = lit_behind(scene, points.centres[every], points.normals[every], points.inward[every])
+    usual = np.median(np.abs(result.irradiance[~dark]).sum(axis=1))
+    lit = [part.mean() > LIT_BEHIND * usual for part in np.split(behind, np.cumsum([len(own) for own in asked])[:-1])]
+    names = [name for name, is_lit in zip(names, lit, strict=True) if is_lit]
+    return [turned_away(names)] if names else []
 
 
 def _colours(targets: list[BakeTarget], light: _Values, request: BakeRequest) -> tuple[list[MeshColours], list[str]]:

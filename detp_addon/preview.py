@@ -13,7 +13,8 @@ import numpy as np
 from .preview_camera import frame
 from .reading.render_view import render, temporary_scene
 
-WIDTH, HEIGHT, SAMPLES = 960, 540, 16
+#: faces that coincide show by chance one or the other: there more samples are taken
+WIDTH, HEIGHT, LEAST_SAMPLES, MOST_SAMPLES, NOISE = 960, 540, 16, 64, 0.05
 BACKGROUND = 0.02
 #: what meshes without the attribute show
 NEUTRAL = 0.18
@@ -111,8 +112,9 @@ def _set_up(scene, layer_name: str, size: tuple[int, int], material, world, path
     view.view_transform, view.look, view.exposure, view.gamma = "Standard", "None", 0.0, 1.0
     view.use_curve_mapping = False
     cycles = scene.cycles
-    cycles.device, cycles.samples, cycles.max_bounces = "CPU", SAMPLES, 0
-    cycles.use_denoising = cycles.use_adaptive_sampling = False
+    cycles.device, cycles.samples, cycles.max_bounces = "CPU", MOST_SAMPLES, 0
+    cycles.use_adaptive_sampling, cycles.adaptive_min_samples, cycles.adaptive_threshold = True, LEAST_SAMPLES, NOISE
+    cycles.use_denoising = False
     cycles.film_exposure = 1.0
     cycles.shading_system = False
 

@@ -8,6 +8,12 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 
+#: of the directions from a place in a room so many show the front of a face; and so many of some places do
+_AROUND, _PLACES = 0.85, 1 / 3
+
+#: an object so many times as large as all others together is what they stand on, and not what is looked at
+_GROUND, _MARGIN = 20.0, 0.5
+
 
 def frame(
     camera: bpy.types.Object,
@@ -20,16 +26,19 @@ def frame(
 
     ``aspect`` is the picture's width over its height, at least 1.
     """
-    corners = np.array([obj.matrix_world @ Vector(corner) for obj in objects for corner in obj.bound_box])
-    lower, upper = corners.min(axis=0), corners.max(axis=0)
-    centre, size = (lower + upper) / 2, upper - lower
+    boxes = np.array([[obj.matrix_world @ Vector(corner) for corner in obj.bound_box] for obj in objects])
+    lower, upper = boxes.min(axis=(0, 1)), boxes.max(axis=(0, 1))
+    size = upper - lower
     camera.data.clip_start = 1e-3 * max(float(np.linalg.norm(size)), 1e-6)
     camera.data.clip_end = 1e3 * camera.data.clip_start * 10
-    if _closed(scene, view_layer, centre):
+    shells = {obj.name for obj, box in zip(objects, boxes, strict=True) if _holds_any(box, boxes)}
+    inside = _inside(scene, view_layer, lower, size, shells)
+    if inside is not None:
         camera.data.angle = math.radians(75)
-        eye = lower + size * (0.06, 0.08, 0.7)
-        _look_at(camera, eye, lower + size * (0.6, 0.55, 0.4))
+        _look_at(camera, inside, lower + size * (0.6, 0.55, 0.4))
         return
+    corners = _looked_at(boxes)
+    centre = (corners.min(axis=0) + corners.max(axis=0)) / 2
     view = Vector((-0.55, -0.75, 0.5)).normalized()
     _look_at(camera, np.array(view), np.zeros(3))
     # Back off along the view until all corners are inside the picture.
@@ -38,6 +47,19 @@ def frame(
     reach = np.maximum(np.abs(turned[:, 0]) / half, np.abs(turned[:, 1]) / (half / aspect))
     distance = 1.05 * float((reach + turned[:, 2]).max())
     _look_at(camera, centre + distance * np.array(view), centre)
+    camera.data.clip_start = min(camera.data.clip_start, 0.01 * distance)
+
+
+def _looked_at(boxes: np.ndarray) -> np.ndarray:
+    """Corners (K, 3) of what is worth looking at among objects' boxes (N, 8, 3): not the ground under small things."""
+    while len(boxes) > 1:
+        sizes = np.linalg.norm(np.ptp(boxes, axis=1), axis=1)
+        rest = np.delete(boxes, sizes.argmax(), axis=0)
+        span = np.ptp(rest.reshape(-1, 3), axis=0)
+        if sizes.max() <= _GROUND * np.linalg.norm(span):
+            break
+        boxes = rest + _MARGIN * np.linalg.norm(span) * np.sign(rest - rest.mean(axis=(0, 1)))
+    return boxes.reshape(-1, 3)
 
 
 def _look_at(camera: bpy.types.Object, eye, target) -> None:
@@ -45,14 +67,49 @@ def _look_at(camera: bpy.types.Object, eye, target) -> None:
     camera.matrix_world = Matrix.Translation(Vector(eye)) @ rotation
 
 
-def _closed(scene, view_layer, centre: np.ndarray) -> bool:
-    """Whether nearly every ray from the centre meets something, as in a room with windows at most."""
+def _holds_any(box: np.ndarray, boxes: np.ndarray) -> bool:
+    """Whether any of ``boxes`` (N, 8, 3) lies within ``box`` (8, 3)."""
+    sizes, size = np.ptp(boxes, axis=1), np.ptp(box, axis=0)
+    slack = 1e-3 * np.linalg.norm(size)
+    within = (boxes.min(axis=1) > box.min(axis=0) - slack) & (boxes.max(axis=1) < box.max(axis=0) + slack)
+    smaller = np.linalg.norm(sizes, axis=1) < 0.9 * np.linalg.norm(size)
+    return bool((within.all(axis=1) & smaller).any())
+
+
+def _inside(scene, view_layer, lower: np.ndarray, size: np.ndarray, shells: set[str]) -> np.ndarray | None:
+    """Where to look from in a closed room that fills the box; None where it is none.
+
+    In a room, with windows at most, nearly every ray meets the front of a face, or one of the ``shells``, objects that
+    hold others; solid things show backs from within.
+    """
     depsgraph = view_layer.depsgraph
     if depsgraph is None:
-        return False
+        return None
     steps = np.arange(64) + 0.5
     z, turn = 1 - 2 * steps / 64, steps * math.pi * (1 + math.sqrt(5))
     ring = np.sqrt(1 - z * z)
     directions = np.stack([ring * np.cos(turn), ring * np.sin(turn), z], axis=1)
-    hits = sum(scene.ray_cast(depsgraph, Vector(centre), Vector(direction))[0] for direction in directions)
-    return hits >= 0.85 * len(directions)
+
+    def cast(place, direction):
+        return scene.ray_cast(depsgraph, Vector(place), Vector(direction))
+
+    def shows_front(place, direction) -> bool:
+        hit, at, normal, _, obj, _ = cast(place, direction)
+        apart = hit and (at - Vector(place)).length > 1e-6 * np.linalg.norm(size)
+        return bool(apart and (normal.dot(Vector(direction)) < 0 or obj.name in shells))
+
+    shares = np.stack(np.meshgrid(*3 * [(0.3, 0.5, 0.7)], indexing="ij"), axis=-1).reshape(-1, 3)
+    closed = [
+        place
+        for place in lower + size * shares
+        if np.mean([shows_front(place, direction) for direction in directions]) >= _AROUND
+    ]
+    if len(closed) < _PLACES * len(shares):
+        return None
+    # From a corner one sees most; walls may be thick.
+    corner = lower + size * (0.06, 0.08, 0.7)
+    start = min(closed, key=lambda place: np.linalg.norm(place - corner))
+    way = corner - start
+    hit, at, *_ = cast(start, way / np.linalg.norm(way))
+    free = np.linalg.norm(np.array(at) - start) if hit else np.inf
+    return start + way * min(1.0, 0.9 * free / np.linalg.norm(way))

@@ -113,3 +113,17 @@ def test_an_object_astray_is_named_if_it_makes_all_dark(tmp_path, capsys):
     words = said(tmp_path, capsys, 0)
     if "dark" in words or "None of" in words:
         assert "'Stray' reaches 1000000 km away" in words
+
+
+def test_faces_that_point_away_from_all_light_are_named(tmp_path, capsys):
+    """A box turned inside out on a lit floor; one that is dark on both sides, in it, is none of those."""
+    cube("Inside out", (0, 0, 0.7), 1.0)
+    bpy.context.object.data.flip_normals()
+    cube("Hidden", (0, 0, 0.7), 0.3)
+    words = said(tmp_path, capsys, 0)
+    assert "1 object dark on the side that their faces point to, and lit from behind (Inside out)" in words
+
+
+def test_usual_scenes_have_no_word_of_turned_faces(tmp_path, capsys):
+    cube("Box", (0, 0, 0.5), 1.0)
+    assert "lit from behind" not in said(tmp_path, capsys, 0)

@@ -109,6 +109,51 @@ def test_a_closed_room_is_seen_from_inside(tmp_path):
     assert (picture.mean(axis=2) > 0.2).mean() > 0.99
 
 
+def plane(name, size, rgb=(1, 1, 1), location=(0, 0, 0)):
+    bpy.ops.mesh.primitive_plane_add(size=size, location=location)
+    obj = bpy.context.object
+    obj.name = name
+    write_colours([MeshColours(obj, {"light": np.tile(np.asarray(rgb, float), (4, 1))})], "CORNER", "light")
+    bpy.context.view_layer.update()
+    return obj
+
+
+def test_a_flat_floor_is_seen_from_above(tmp_path):
+    """The middle of its box lies on it, and all of it is in the picture."""
+    plane("floor", 4.0)
+    _, picture = drawn(tmp_path / "p.png")
+    bright = picture.mean(axis=2) > 0.5
+    assert 0.1 < bright.mean() < 0.6
+    assert not (bright[0].any() or bright[-1].any())
+
+
+def test_a_solid_thing_is_seen_from_outside(tmp_path):
+    cube("tower", (1, 1, 1)).scale = (1, 1, 8)
+    bpy.context.view_layer.update()
+    _, picture = drawn(tmp_path / "p.png")
+    bright = picture.mean(axis=2) > 0.5
+    assert 0.02 < bright.mean() < 0.5 and not bright[:, 0].any()
+
+
+def test_a_wide_ground_does_not_hide_what_stands_on_it(tmp_path):
+    plane("ground", 400.0, (0.1, 0.1, 0.1))
+    for place in ((0, 0, 0.5), (3, 2, 0.5)):
+        cube(f"crate {place}", (1.0, 0.0, 0.0), place, 1.0)
+    _, picture = drawn(tmp_path / "p.png")
+    red = (picture[..., 0] > 0.5) & (picture[..., 1] < 0.1)
+    assert 0.005 < red.mean() < 0.5
+
+
+def test_cards_that_coincide_are_even(tmp_path):
+    """Black and white at the same place: each pixel shows about as much of both as its neighbours."""
+    for name, light in (("white", 1.0), ("black", 0.0)):
+        plane(name, 8.0, (light,) * 3)
+    camera_above()
+    _, picture = drawn(tmp_path / "p.png")
+    middle = picture[40:-40, 60:-60].mean(axis=2)
+    assert middle.std() < 0.12
+
+
 def test_a_black_bake_has_no_exposure(tmp_path):
     cube("black", (0, 0, 0))
     camera_above()

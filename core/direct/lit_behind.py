@@ -1,0 +1,28 @@
+"""Light on the backs of faces: whether what is dark faces the wrong way."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..estimator.standpoints import Standpoints, standpoints
+from ..photons.emission import lights_of
+from ..rays import RayCaster
+from ..scene import Scene
+from ..settings import BakeSettings
+from .direct_light import DirectLight
+
+#: rounds of shadow rays: enough to tell light from darkness
+ROUNDS = 4
+
+
+def lit_behind(scene: Scene, points: np.ndarray, normals: np.ndarray, inward: np.ndarray) -> np.ndarray:
+    """Direct irradiance (N,) W/m^2, RGB sum, at ``points`` (N, 3) on the side against their ``normals`` (N, 3).
+
+    ``inward`` (N, 3) metres leads from points on an edge into their own faces.
+    """
+    caster, backward = RayCaster(scene.corners), -normals
+    places = Standpoints.joined(list(standpoints(caster, points, backward, inward)))
+    light = DirectLight(scene, caster, places.origins, backward, BakeSettings(), lights_of(scene))
+    for _ in light.rounds(0, ROUNDS):
+        pass
+    return np.abs(light.irradiance.value).sum(axis=1)

@@ -27,7 +27,15 @@ from .live_colours import LiveColours
 from .lossy_faces import LossyFaces
 from .reading.read_scene import FITS, BakeTarget, ExportedScene, read_scene
 from .report import BakeReport, counted
-from .write_attributes import MeshColours, check_attribute_name, element_count, faces_of, obstacle, write_colours
+from .write_attributes import (
+    MeshColours,
+    check_attribute_name,
+    corner_faces,
+    element_count,
+    faces_of,
+    obstacle,
+    write_colours,
+)
 
 #: where the colours live: each face's own light, or one colour per vertex
 DOMAINS = ("CORNER", "POINT")
@@ -148,7 +156,7 @@ def bake_scene(
     writing = time.perf_counter()
     values = _values(points, result)
     colours, gone = _colours(targets, values, request)
-    lossy = _lossy_faces(export, points, values, result, request.domain)
+    lossy = _lossy_faces(export, points, values, result)
     notes = write_colours(colours, request.domain, request.attribute if request.activate else None)
     end = time.perf_counter()
     doubts = _doubts(result, request.settings, stopped, export.scene.vertices)
@@ -271,9 +279,7 @@ def _values(points: _Points, result: BakeResult) -> _Values:
     return _Values(value, part, value - part, fitted.known, hidden)
 
 
-def _lossy_faces(
-    export: ExportedScene, points: _Points, values: _Values, result: BakeResult, domain: str
-) -> LossyFaces:
+def _lossy_faces(export: ExportedScene, points: _Points, values: _Values, result: BakeResult) -> LossyFaces:
     """The faces that show light wrong with these ``values``."""
     if points.fit is None:
         return LossyFaces()
@@ -281,7 +287,7 @@ def _lossy_faces(
     for number in np.unique(owner):
         mine, obj = owner == number, _object(export.targets[number])
         if obj is not None and len(obj.data.loops) == len(export.targets[number].point_rows):
-            face[mine] = faces_of(obj.data, domain).corner_face[face[mine]]
+            face[mine] = corner_faces(obj.data)[face[mine]]
     pairs, number = np.unique(np.stack([owner, face], axis=1), axis=0, return_inverse=True)
     losses = points.fit.losses(values.irradiance, result.light, values.hidden, number.ravel())
     objects = [(target.object_name, target.library) for target in export.targets]

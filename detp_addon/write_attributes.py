@@ -67,16 +67,21 @@ def element_count(mesh: bpy.types.Mesh, domain: str) -> int:
     return len(mesh.loops) if domain == "CORNER" else len(mesh.vertices)
 
 
-def faces_of(mesh: bpy.types.Mesh, domain: str) -> Faces:
-    """The faces of a mesh outside Edit Mode, whose corners or vertices have the colours of the domain."""
+def corner_faces(mesh: bpy.types.Mesh) -> np.ndarray:
+    """The face (C,) of each corner of a mesh outside Edit Mode."""
     sizes = np.empty(len(mesh.polygons), np.int32)
     mesh.polygons.foreach_get("loop_total", sizes)
+    return np.repeat(np.arange(len(sizes)), sizes)
+
+
+def faces_of(mesh: bpy.types.Mesh, domain: str) -> Faces:
+    """The faces of a mesh outside Edit Mode, whose corners or vertices have the colours of the domain."""
     vertices = np.empty(len(mesh.loops), np.int32)
     mesh.loops.foreach_get("vertex_index", vertices)
     positions = np.empty(3 * len(mesh.vertices), np.float32)
     mesh.vertices.foreach_get("co", positions)
     places = np.nan_to_num(positions.astype(float), posinf=0.0, neginf=0.0).reshape(-1, 3)
-    return Faces(np.repeat(np.arange(len(sizes)), sizes), vertices, places, domain == "POINT")
+    return Faces(corner_faces(mesh), vertices, places, domain == "POINT")
 
 
 def write_colours(colours: list[MeshColours], domain: str, shown: str | None = None) -> list[str]:

@@ -1,4 +1,4 @@
-"""Colours fitted to faces: right between the vertices, whatever these see; what they cannot show is named and divided."""
+"""Colours fitted to faces: right between the vertices, and what faces cannot show is named and divided."""
 
 import math
 

@@ -29,7 +29,15 @@ from .live_colours import LiveColours
 from .lossy_faces import LossyFaces
 from .reading.read_scene import FITS, BakeTarget, ExportedScene, read_scene
 from .report import BakeReport, counted
-from .write_attributes import MeshColours, check_attribute_name, element_count, faces_of, obstacle, write_colours
+from .write_attributes import (
+    MeshColours,
+    check_attribute_name,
+    corner_faces,
+    element_count,
+    faces_of,
+    obstacle,
+    write_colours,
+)
 
 #: where the colours live: each face's own light, or one colour per vertex
 DOMAINS = ("CORNER", "POINT")
@@ -153,7 +161,7 @@ def bake_scene(
     writing = time.perf_counter()
     values = _values(points, result)
     colours, gone = _colours(targets, values, request)
-    lossy = _lossy_faces(export, points, values, result, request.domain)
+    lossy = _lossy_faces(export, points, values, result)
     turned = _turned_away(targets, export.scene, points, result) if request.quantity != "ambient-occlusion" else []
     notes = write_colours(colours, request.domain, request.attribute if request.activate else None)
     end = time.perf_counter()
@@ -280,19 +288,17 @@ def _values(points: _Points, result: BakeResult) -> _Values:
     return _Values(value, part, value - part, fitted.known, hidden)
 
 
-def _lossy_faces(
-    export: ExportedScene, points: _Points, values: _Values, result: BakeResult, domain: str
-) -> LossyFaces:
+def _lossy_faces(export: ExportedScene, points: _Points, values: _Values, result: BakeResult) -> LossyFaces:
     """The faces that show light wrong with these ``values``."""
     if points.fit is None:
         return LossyFaces()
     owner, face = export.shown.owners[points.triangles], export.shown.corners[points.triangles]
     objects = _objects()
     for number in np.unique(owner):
-        mine, target = owner == number, export.targets[number]
-        obj = objects.get((target.object_name, target.library))
+        target = export.targets[number]
+        mine, obj = owner == number, objects.get((target.object_name, target.library))
         if obj is not None and len(obj.data.loops) == len(target.point_rows):
-            face[mine] = faces_of(obj.data, domain).corner_face[face[mine]]
+            face[mine] = corner_faces(obj.data)[face[mine]]
     pairs, number = np.unique(np.stack([owner, face], axis=1), axis=0, return_inverse=True)
     losses = points.fit.losses(values.irradiance, result.light, values.hidden, number.ravel())
     names = [(target.object_name, target.library) for target in export.targets]

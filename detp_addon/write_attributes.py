@@ -69,12 +69,17 @@ def element_count(mesh: bpy.types.Mesh, domain: str) -> int:
     return len(mesh.loops) if domain == "CORNER" else len(mesh.vertices)
 
 
+def corner_faces(mesh: bpy.types.Mesh) -> np.ndarray:
+    """The face (C,) of each corner of a mesh outside Edit Mode."""
+    sizes = face_sizes(mesh)
+    return np.repeat(np.arange(len(sizes)), sizes)
+
+
 def faces_of(mesh: bpy.types.Mesh, domain: str) -> Faces:
     """The faces of a mesh outside Edit Mode, whose corners or vertices have the colours of the domain."""
     positions = vertex_positions(mesh)
     places = np.where(np.isfinite(positions), positions, 0.0)
-    sizes = face_sizes(mesh)
-    return Faces(np.repeat(np.arange(len(sizes)), sizes), corner_vertex_indices(mesh), places, domain == "POINT")
+    return Faces(corner_faces(mesh), corner_vertex_indices(mesh), places, domain == "POINT")
 
 
 def write_colours(colours: list[MeshColours], domain: str, shown: str | None = None) -> list[str]:

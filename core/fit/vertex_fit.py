@@ -37,7 +37,7 @@ LACKING = 6.0
 UNLIT_SHARE, UNLIT = 1e-3, 0.05
 
 #: Values may leave the range of what was found on their triangles by this share of it: vertices are its farthest ends.
-RANGE = 0.1
+RANGE = 0.05
 
 #: Of squared differences so many times the squared standard error may well be noise.
 CERTAIN = 2.0
@@ -251,7 +251,9 @@ class VertexFit:
                 side[around[order[first]]] = np.minimum.reduceat(found[order // 3], first)
         known = np.isfinite(low)
         margin = RANGE * np.where(known, -high - low, 0.0)
-        return np.where(known, low - margin, -np.inf), np.where(known, margin - high, np.inf)
+        # Light that was nowhere below zero is shown nowhere below it.
+        least = np.where(low >= 0.0, np.maximum(low - margin, 0.0), low - margin)
+        return np.where(known, least, -np.inf), np.where(known, margin - high, np.inf)
 
 
 def _weights(shown: np.ndarray, found: np.ndarray, usual: float) -> np.ndarray:

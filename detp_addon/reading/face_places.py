@@ -8,6 +8,7 @@ import numpy as np
 
 from ...core.fit.shown_faces import FacePlaces, ShownFaces
 from .estimation_points import CornerPoints
+from .joined_rows import numbered, starts_of
 from .nearest_surface import nearest_places
 from .read_meshes import MeshSurface
 from .triangle_geometry import dots, has_area, normal_matrices, safe_unit
@@ -46,39 +47,62 @@ def placed_faces(points: list[CornerPoints], surfaces: list[MeshSurface], domain
     """The faces of objects with these ``points`` on these ``surfaces``; a value for each point, or, with the
     ``domain`` POINT, for each vertex.
     """
-    none = np.zeros((0, 3))
-    rows, values, corners, normals, count = [], [none.astype(np.int64)], [none[:, None]], [none[:, None]], 0
-    ends, named = [0], [none[:, 0].astype(np.int64)]
-    beside, angles = [none[:, :2].astype(np.int64)], [none[:, 0]]
-    for part in points:
-        vertex = np.zeros(len(part.centres), np.int64)
-        vertex[part.rows[part.rows >= 0]] = part.vertices[part.rows >= 0]
-        value = vertex
-        if domain == "CORNER":
-            value, pairs, between = _along_edges(vertex, part.normals)
-            beside.append(pairs + count)
-            angles.append(between)
-        shown = np.where(part.rows >= 0, value[part.rows], -1)
-        rows.append(np.where(shown >= 0, shown + count, -1))
-        triangles = part.faces[(part.rows[part.faces] >= 0).all(axis=1)]
-        placed = part.centres[part.rows[triangles]]
-        triangles = triangles[has_area(placed)]
-        values.append(rows[-1][triangles])
-        corners.append(part.centres[part.rows[triangles]])
-        normals.append(part.normals[part.rows[triangles]])
-        count += int(shown.max(initial=-1)) + 1
-        ends.append(ends[-1] + len(triangles))
-        named.append(triangles[:, 0])
-    shapes = map(_joined, (corners, normals))
-    faces = ShownFaces(np.concatenate(values), *shapes, count, np.concatenate(beside), np.concatenate(angles))
+    if not points:
+        none = np.zeros((0, 3))
+        nowhere = FacePlaces(np.zeros(0, int), none, np.zeros(0), np.zeros(0))
+        faces = ShownFaces(none.astype(int), none[:, None], none[:, None], 0)
+        return PlacedFaces((), faces, np.zeros(0, int), np.zeros(0, int), nowhere, none, none)
+    first = _Starts.of(points)
+    rows = _joined([part.rows for part in points], first.points)
+    vertices = _joined([part.vertices for part in points], first.vertices)
+    centres = np.concatenate([part.centres for part in points])
+    normals = np.concatenate([part.normals for part in points])
+    vertex = np.zeros(len(centres), np.int64)
+    vertex[rows[rows >= 0]] = vertices[rows >= 0]
+    if domain == "CORNER":
+        value, beside, angles = _along_edges(vertex, normals)
+    else:
+        value, beside, angles = np.unique(vertex, return_inverse=True)[1].ravel(), np.zeros((0, 2), int), np.zeros(0)
+    count = int(value.max(initial=-1)) + 1
+    shown = np.where(rows >= 0, np.append(value, -1)[rows], -1)
+
+    triangles = _joined([part.faces for part in points], first.corners).reshape(-1, 3)
+    owners = np.repeat(np.arange(len(points)), [len(part.faces) for part in points])
+    kept = np.flatnonzero((rows[triangles] >= 0).all(axis=1))
+    kept = kept[has_area(centres[rows[triangles[kept]]])]
+    triangles, owners = triangles[kept], owners[kept]
+    at = rows[triangles]
+    faces = ShownFaces(shown[triangles], centres[at], normals[at], count, beside, angles)
     places = faces.drawn(_SEED)
     centres, directions = places.of(faces.corners), safe_unit(places.of(faces.normals))[0]
-    for part, surface, first, end in zip(points, surfaces, ends, ends[1:], strict=False):
+    ends = np.searchsorted(owners, np.arange(len(points) + 1))
+    for number, (part, surface) in enumerate(zip(points, surfaces, strict=True)):
         if part.nearest:
-            mine = np.flatnonzero((places.triangle >= first) & (places.triangle < end))
+            mine = np.flatnonzero((places.triangle >= ends[number]) & (places.triangle < ends[number + 1]))
             centres[mine], directions[mine] = _on_surface(part, surface, centres[mine], directions[mine])
-    owners = np.repeat(np.arange(len(points)), np.diff(ends))
-    return PlacedFaces(tuple(rows), faces, owners, np.concatenate(named), places, centres, directions)
+    corners = triangles[:, 0] - first.corners[owners]
+    values = tuple(np.split(shown, first.corners[1:-1]))
+    return PlacedFaces(values, faces, owners, corners, places, centres, directions)
+
+
+@dataclass(frozen=True)
+class _Starts:
+    """Where (K + 1,) the points, vertices and corners of each of K objects begin among those of all."""
+
+    points: np.ndarray
+    vertices: np.ndarray
+    corners: np.ndarray
+
+    @classmethod
+    def of(cls, points: list[CornerPoints]) -> _Starts:
+        counts = [[len(part.centres), part.vertices.max(initial=-1) + 1, len(part.rows)] for part in points]
+        return cls(*map(starts_of, zip(*counts, strict=True)))
+
+
+def _joined(parts: list[np.ndarray], starts: np.ndarray) -> np.ndarray:
+    """All ``parts``, K arrays of numbers that count from its own of the ``starts`` on; -1 stays what it is."""
+    whole = np.concatenate(parts)
+    return np.where(whole >= 0, numbered(parts, starts), -1)
 
 
 def _along_edges(vertex: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -111,10 +135,6 @@ def _along_edges(vertex: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, n
     pairs = np.stack([value[first[near]], value[second[near]]], axis=1)
     apart = pairs[:, 0] != pairs[:, 1]
     return value, pairs[apart], angle[near][apart]
-
-
-def _joined(parts: list[np.ndarray]) -> np.ndarray:
-    return np.concatenate([part.reshape(-1, 3, 3) for part in parts])
 
 
 def _on_surface(part: CornerPoints, surface: MeshSurface, centres: np.ndarray, normals: np.ndarray):

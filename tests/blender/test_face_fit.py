@@ -1,0 +1,131 @@
+"""Colours fitted to faces: right between the vertices, and what faces cannot show is named and divided."""
+
+import math
+
+import bpy
+import numpy as np
+import pytest
+from detp import detp_addon
+from detp.core.settings import BakeSettings
+from detp.detp_addon import session
+from detp.detp_addon.job import BakeRequest, bake_scene
+from detp.detp_addon.steps import finished
+from small_scenes import colours, cube, grid, lamp
+
+DIRECT = BakeSettings(indirect="off", quality="draft")
+
+
+@pytest.fixture(autouse=True)
+def addon():
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    detp_addon.register()
+    yield
+    detp_addon.unregister()
+
+
+def baked(settings=DIRECT, **request):
+    return finished(bake_scene(bpy.context.scene, bpy.context.view_layer, BakeRequest(settings=settings, **request)))
+
+
+def plane(name="Floor", size=4.0, location=(0, 0, 0)):
+    bpy.ops.mesh.primitive_plane_add(size=size, location=location)
+    bpy.context.object.name = name
+    return bpy.context.object
+
+
+def sun(energy=math.pi):
+    """From straight above: the lighting on a floor is 1."""
+    light = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
+    light.data.energy, light.data.angle = energy, 0.0
+    bpy.context.collection.objects.link(light)
+
+
+def lighting(name):
+    return colours(name)[:, 0]
+
+
+@pytest.mark.parametrize("domain", ["CORNER", "POINT"])
+def test_a_floor_whose_corners_lie_in_boxes_shows_the_light_between_them(domain):
+    plane()
+    for x, y in ((-2, -2), (-2, 2), (2, -2), (2, 2)):
+        cube(f"Box {x} {y}", (x, y, 0.2))
+    sun()
+    baked(domain=domain)
+    assert lighting("Floor") == pytest.approx(1.0, rel=0.02)
+
+
+def test_a_floor_half_under_a_roof_keeps_its_light():
+    plane()
+    plane("Roof", 4.0, (2.0, 0.0, 1.0))
+    sun()
+    report = baked()
+    assert lighting("Roof") == pytest.approx(1.0, rel=0.01)
+    assert lighting("Floor").max() == pytest.approx(1.0, abs=0.06)
+    assert lighting("Floor").min() >= 0.0
+    assert 0.05 < report.lossy_faces.whole < 0.2
+
+
+def test_a_face_that_cannot_show_its_light_is_named():
+    plane()
+    lamp(location=(0.0, 0.0, 0.3))
+    report = baked()
+    assert report.lossy_faces.wrong[("Floor", None)].tolist() == [0]
+    assert "more than a quarter" in report.faces()
+    assert report.as_json()["wrong_faces"] == {"Floor": 1}
+
+
+def test_named_faces_are_selected_and_divided_with_their_layers():
+    floor = plane()
+    floor.data.uv_layers.active.name = "Map"
+    other = cube("Other", (0, 0, 5))
+    other.select_set(True)
+    lamp(location=(0.0, 0.0, 0.3))
+    bpy.ops.detp.bake("EXEC_DEFAULT", indirect="OFF", quality="DRAFT")
+    before = session.latest().outcome.report.lossy_faces.whole
+    bpy.ops.detp.select_faces()
+    assert bpy.context.view_layer.objects.active == floor
+    assert [face.select for face in floor.data.polygons] == [True]
+    assert not other.select_get()
+    bpy.ops.detp.divide_faces()
+    assert len(floor.data.polygons) == 4
+    assert not bpy.ops.detp.select_faces.poll()
+    corners = np.array([tuple(each.uv) for each in floor.data.uv_layers["Map"].data])
+    places = np.array([tuple(floor.data.vertices[loop.vertex_index].co[:2]) for loop in floor.data.loops])
+    assert corners == pytest.approx(places / 4.0 + 0.5, abs=1e-6)
+    bpy.ops.detp.bake("EXEC_DEFAULT", indirect="OFF", quality="DRAFT")
+    assert session.latest().outcome.report.lossy_faces.whole < 0.8 * before
+
+
+def test_an_object_whose_mesh_modifiers_change_shows_its_light_everywhere():
+    box = cube("Round", (0, 0, 2))
+    box.modifiers.new("Subdivision", "SUBSURF").render_levels = 2
+    world = bpy.data.worlds.new("White")
+    world.color = (1.0, 1.0, 1.0)
+    bpy.context.scene.world = world
+    if bpy.app.version < (5, 0):
+        world.use_nodes = False
+    else:
+        world.node_tree.nodes["Background"].inputs["Color"].default_value = (1, 1, 1, 1)
+    baked()
+    assert lighting("Round") == pytest.approx(1.0, rel=0.03)
+
+
+def test_flat_faces_that_hardly_bend_have_no_seams_between_them():
+    floor = grid("Floor")
+    for vertex in floor.data.vertices:
+        vertex.co.z = 0.004 * math.sin(3.0 * vertex.co.x + 2.0 * vertex.co.y)
+    lamp(location=(0.3, 0.2, 1.0))
+    baked()
+    light = lighting("Floor")
+    at = np.array([loop.vertex_index for loop in floor.data.loops])
+    spread = [np.ptp(light[at == vertex]) / light[at == vertex].mean() for vertex in np.unique(at)]
+    assert max(spread) < 0.02
+
+
+def test_vertices_may_have_their_own_light_as_cycles_bakes_it():
+    plane()
+    lamp(location=(0.0, 0.0, 2.0))
+    baked(fit="vertices")
+    # A point lamp of 100 W: intensity 100 / 4 pi^2 ... over pi for the lighting, at the corners of the floor.
+    expected = 100.0 / (4.0 * math.pi) * 2.0 / 12.0**1.5 / math.pi
+    assert lighting("Floor") == pytest.approx(expected, rel=0.05)

@@ -129,7 +129,7 @@ def bake(
         check_radius(settings.radius, scene)
     yield Progress("Placing the points", 0.0)
     with stopwatch("place"):
-        caster = RayCaster(scene.corners)
+        caster = RayCaster(scene.corners, centres)
     before = stopwatch.seconds["place"]
     finding = plain_standpoints(caster, centres, normals) if plain else standpoints(caster, centres, normals, inward)
     places = Standpoints.joined((yield from _gathered("Placing the points", stopwatch.timed("place", finding))))

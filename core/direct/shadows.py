@@ -9,7 +9,7 @@ from ..scene import Scene
 from .surfaces import Surfaces
 
 #: A ray stops this many tolerances short of the light, which may be a surface of the scene itself.
-STOP_SHORT = 4
+STOP_SHORT = 32
 
 
 class Shadows:
@@ -34,7 +34,7 @@ class Shadows:
         From ``origins`` (K, 3), clear of surfaces by the caster's tolerance, along unit ``directions`` (K, 3) over
         ``distances`` (K,) metres, which may be inf.
         """
-        reach = distances - STOP_SHORT * self._caster.tolerance
+        reach = self._short_of(origins, directions, distances)
         if self._clear is None:
             return ~self._opaque.occluded(origins, directions, reach)[:, None]
         left = np.arange(len(origins))
@@ -45,3 +45,11 @@ class Shadows:
             arrived = hits.triangle < 0
             share[left[rows[arrived]]] = through[arrived]
         return share
+
+    def _short_of(self, origins: np.ndarray, directions: np.ndarray, distances: np.ndarray) -> np.ndarray:
+        """How far (K,) rays go that must not meet the light itself at its ``distances`` (K,)."""
+        if np.isinf(distances).all():
+            return distances
+        near = np.isfinite(distances)
+        ends = origins + np.where(near, distances, 0.0)[:, None] * directions
+        return np.where(near, distances - STOP_SHORT * self._caster.tolerance(ends), distances)

@@ -44,10 +44,10 @@ class Surfaces:
             if len(going) == 0:
                 return
             rows, share = rows[going], share[going]
-            starts = hits.points[going] + self._past(triangle[going], directions[rows])
+            starts = self._past(hits.points[going], triangle[going], directions[rows])
 
-    def _past(self, triangle: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        """What leads (R, 3) from a hit to just behind the surface."""
+    def _past(self, places: np.ndarray, triangle: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        """The ``places`` (R, 3) of hits, moved just behind the surface."""
         normals = self._caster.normals[triangle]
         side = np.copysign(1.0, np.einsum("ij,ij->i", normals, directions))
-        return (self._caster.tolerance * side)[:, None] * normals
+        return places + (self._caster.tolerance(places) * side)[:, None] * normals

@@ -14,9 +14,9 @@ from .enclosure import Enclosure
 #: Points on an edge look from this share of the way to the middle of their faces, and from as far off them.
 STEP = 0.02
 
-#: But from no more than so many of the caster's tolerances, 1/8192 of the scene's radius, so that points that stand in
-#: other geometry do not come out of it, and at least from so many.
-MOST_STEP, LEAST_STEP = 64, 8
+#: But from no more than so many of the caster's tolerances, about 1/8192 of the distance from the middle of the scene, so
+#: that points that stand in other geometry do not come out of it, and at least from so many.
+MOST_STEP, LEAST_STEP = 512, 8
 
 #: Points whose rays are cast at a time.
 POINTS_PER_CHUNK = 1 << 12
@@ -53,7 +53,8 @@ def standpoints(
 
     def found(rows: slice) -> Standpoints:
         length = np.linalg.norm(within[rows], axis=1)
-        step = np.clip(STEP * length, LEAST_STEP * caster.tolerance, MOST_STEP * caster.tolerance)
+        tolerance = caster.tolerance(points[rows])
+        step = np.clip(STEP * length, LEAST_STEP * tolerance, MOST_STEP * tolerance)
         aside = moved(points[rows], within[rows], step)
         off = np.minimum(step, 0.5 * headroom_beside(caster, points[rows], aside, normals[rows], enclosure.facing))
         origins = aside + off[:, None] * normals[rows]
@@ -64,7 +65,8 @@ def standpoints(
 
 def plain_standpoints(caster: RayCaster, points: np.ndarray, normals: np.ndarray) -> Iterator[Standpoints]:
     """Just off the ``points`` (N, 3) themselves, and none of them enclosed: as the plain estimator takes them."""
-    yield Standpoints(points + LEAST_STEP * caster.tolerance * normals, np.zeros(len(points), bool))
+    off = LEAST_STEP * caster.tolerance(points)
+    yield Standpoints(points + off[:, None] * normals, np.zeros(len(points), bool))
 
 
 def tangential(inward: np.ndarray | None, normals: np.ndarray) -> np.ndarray:
@@ -97,8 +99,8 @@ def headroom(caster: RayCaster, points, normals, facing=None) -> np.ndarray:
 
     With the triangles' normals ``facing`` (T, 3) only fronts count.
     """
-    start = 4 * caster.tolerance
-    hits = caster.first_hits(points + start * normals, normals)
+    start = 4 * caster.tolerance(points)
+    hits = caster.first_hits(points + start[:, None] * normals, normals)
     free = hits.triangle < 0
     if facing is not None:
         free |= np.einsum("ij,ij->i", facing[hits.triangle], normals) > 0

@@ -29,9 +29,9 @@ DIRECTIONS = 32
 #: line where two walls meet is clearly in front of both.
 NUDGE = 0.01
 
-#: But by no more than so many of the caster's tolerances, 1/2048 of the scene's radius: where a disc is as large as the
-#: scene, light does not come nearer by a hundredth of that.
-MOST_NUDGE = 256
+#: But by no more than so many of the caster's tolerances, about 1/2048 of the distance from the middle of the scene:
+#: where a disc is as large as the scene, light does not come nearer by a hundredth of that.
+MOST_NUDGE = 2048
 
 #: Higher lifts, in radii, that are tried while each shows GAIN times the area of the one before: inside a hollow, where
 #: the tangent plane lies behind the surface, a disc must be lifted by its sagitta.
@@ -134,7 +134,8 @@ def visible_discs(
     where it need not be, None if nowhere. Where time is short only every so many of the DIRECTIONS, 1 to SPARSE, may be
     looked in; the outline is straight between them.
     """
-    least = np.clip(NUDGE * discs.radii, LEAST_STEP * caster.tolerance, MOST_NUDGE * caster.tolerance)
+    tolerance = caster.tolerance(discs.centres)
+    least = np.clip(NUDGE * discs.radii, LEAST_STEP * tolerance, MOST_NUDGE * tolerance)
     based = moved(discs.centres, tangential(inward, discs.normals), least)
     facing = caster.normals
 

@@ -42,9 +42,9 @@ class PhotonTracer:
         transmittance = scene.transmittance if passes else None
         self._bounces = Bounces(caster, scene.albedo, transmittance, specular, bounds, bounces, direct)
         # Indirect light all comes from surfaces: what passes beside them need not be emitted.
-        self._emission = Emission(
-            scene, bounds if direct else scene.bounds.expanded(2 * EMISSION_LIFT * caster.tolerance)
-        )
+        box = scene.bounds
+        margin = 2 * EMISSION_LIFT * float(caster.tolerance(np.stack([box.lower, box.upper])).max())
+        self._emission = Emission(scene, bounds if direct else box.expanded(margin))
         self.emitted_flux = self._emission.flux
         self.guide = self._emission.by_power
 

@@ -5,7 +5,7 @@ from detp.core.gather.cells import Cells, CellTable, facings
 from detp.core.gather.records import NEAR, Landings, Records
 from detp.core.rays import RayCaster
 
-CELLS = Cells(np.zeros(3), 1.0, 0.01)
+CELLS = Cells(np.full(3, -1.0), 0.01)
 
 
 def test_a_table_finds_what_was_put_in_and_nothing_else():

@@ -42,7 +42,8 @@ def test_hit_points_lie_on_the_plane_in_double_precision_far_from_the_origin():
 def test_rays_leaving_a_surface_do_not_hit_it_again(offset):
     caster = RayCaster(square(offset=offset))
     generator = np.random.default_rng(2)
-    origins = np.c_[generator.random((20000, 2)), np.full(20000, caster.tolerance)] + offset
+    origins = np.c_[generator.random((20000, 2)), np.zeros(20000)] + offset
+    origins[:, 2] += caster.tolerance(origins)
     cosine = 10.0 ** generator.uniform(-7, 0, 20000)
     azimuth = generator.uniform(0, 2 * np.pi, 20000)
     sine = np.sqrt(1 - cosine**2)

@@ -13,6 +13,7 @@ import numpy as np
 
 from .checks import float_rows, unit_rows
 from .direct.direct_light import DirectLight
+from .direct.stands import Stands
 from .discs import TangentDiscs
 from .errors import NoMeshError
 from .estimator.enclosure import hidden_points
@@ -34,6 +35,9 @@ from .settings import BakeSettings
 from .stopwatch import Stopwatch
 
 Result = TypeVar("Result")
+
+#: Components of normals that differ by less are the same.
+SAME = 1e-5
 
 #: Particles whose segments tell which gatherer is the fastest.
 PILOT_PHOTONS = 1 << 11
@@ -106,12 +110,18 @@ class BakeResult:
 
 
 def bake(
-    scene: Scene, centres: np.ndarray, normals: np.ndarray, settings: BakeSettings, inward: np.ndarray | None = None
+    scene: Scene,
+    centres: np.ndarray,
+    normals: np.ndarray,
+    settings: BakeSettings,
+    inward: np.ndarray | None = None,
+    facing: np.ndarray | None = None,
 ) -> Generator[Progress, None, BakeResult]:
     """Estimate the irradiance at points ``centres`` (N, 3) m with unit ``normals`` (N, 3), step by step.
 
     ``inward`` (N, 3) metres leads from points on an edge into their own faces (estimator/visible_area.py); None when
-    all points lie inside faces.
+    all points lie inside faces. ``facing`` (N, 3) are the unit normals of the faces, where ``normals`` are those that
+    they are shaded by: rays start, and light arrives, before the face; None where they are the same.
 
     Yields a Progress often (a user interface calls next() between redraws; closing the generator cancels) and
     returns a BakeResult. Memory is bounded by the batch. Raises NoMeshError without points, NoLightError without
@@ -131,7 +141,8 @@ def bake(
     with stopwatch("place"):
         caster = RayCaster(scene.corners, centres)
     before = stopwatch.seconds["place"]
-    finding = plain_standpoints(caster, centres, normals) if plain else standpoints(caster, centres, normals, inward)
+    faces = normals if facing is None else unit_rows(facing, "normals of faces", len(centres))
+    finding = plain_standpoints(caster, centres, faces) if plain else standpoints(caster, centres, faces, inward)
     places = Standpoints.joined((yield from _gathered("Placing the points", stopwatch.timed("place", finding))))
     standing = stopwatch.seconds["place"] - before
 
@@ -139,7 +150,8 @@ def bake(
     lights = shining if settings.direct_by == "shadow-rays" else []
     rays, by_rays = None, Irradiance.dark(len(centres))
     if lights or gathers:
-        rays = DirectLight(scene, caster, places.origins, normals, settings, lights)
+        stands = Stands(centres, places.origins, None if np.allclose(faces, normals, 0, SAME) else faces)
+        rays = DirectLight(scene, caster, stands, normals, settings, lights)
     if lights:
         # Direct light first: it needs no disc, and is what a user sees soonest.
         for _ in stopwatch.timed("shadow", rays.rounds(0, first_rounds(rays, settings, start))):
@@ -157,7 +169,7 @@ def bake(
     records = None
     if gathers:
         with stopwatch("place"):
-            landings = scouted(scene, caster, places.origins, normals, settings.seed)
+            landings = scouted(scene, caster, places.origins, faces, settings.seed)
             side = None if settings.radius is None else settings.radius / WIDTH
             made = Records(caster, landings, len(centres), settings.seed, side)
             records = RecordLight(scene, caster, made, settings, shining, by_photons)
@@ -190,7 +202,7 @@ def bake(
         if plain:
             placing = whole_discs(discs)
         else:
-            placing = visible_discs(caster, discs, inward, look_in_every(settings, standing, start))
+            placing = visible_discs(caster, discs, inward, look_in_every(settings, standing, start), faces)
         placed = VisibleDiscs.joined((yield from _gathered("Placing the discs", stopwatch.timed("place", placing))))
         searches = [PhotonSearch(kind, placed) for kind in kinds]
     covered = placed.area.hidden if kinds else np.zeros(len(centres), bool)

@@ -23,8 +23,8 @@ ROUNDING = 2.0**-22
 #: The centre itself counts as so far away from it, a share of what is usual of the places that matter.
 NEAREST = 1 / 16
 
-#: Embree gets triangles in pieces no longer than this share of their distance from the centre, counted likewise: how far
-#: off a triangle a place lies is only as exact as the triangle is small.
+#: Embree gets triangles in pieces no longer than this share of their distance from the centre, counted likewise: on
+#: which side of a triangle a place lies is only as exact as the triangle is small.
 LONGEST = 1.0
 
 #: Triangles that are drawn back are so by no more and no less than so many tolerances.

@@ -226,7 +226,8 @@ def _bake_steps(
         left = settings.seconds - reading - WRITING * len(rows)
         settings = replace(settings, seconds=max(left, LEAST_SECONDS))
     try:
-        result = yield from bake(surfaces, export.centres[rows], export.normals[rows], settings, export.inward[rows])
+        points = export.centres[rows], export.normals[rows]
+        result = yield from bake(surfaces, *points, settings, export.inward[rows], export.facing[rows])
     except NoLightError as error:
         raise NoLightError(why_no_light(scene, export.warnings) or str(error)) from None
     yield Progress("Writing the colours", 1.0, result)

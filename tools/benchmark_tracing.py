@@ -55,7 +55,7 @@ def loaded(path: Path) -> Scene:
 def rates(scene: Scene, traces: int, direct: bool) -> tuple[float, float, float]:
     """Rays per second of tracing and of Embree alone, and rays per particle."""
     caster = RayCaster(scene.corners)
-    bounds = scene.bounds.expanded(16 * caster.tolerance)
+    bounds = scene.bounds.expanded(1e-4 * scene.bounds.radius)
     tracer = PhotonTracer(scene, caster, bounds, 64, direct)
     near, towards = rays_of(caster, PhotonTracer(scene, caster, bounds, 64))
     embree = EmbreeScene()

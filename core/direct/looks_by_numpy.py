@@ -33,7 +33,7 @@ class LooksByNumPy:
         else:
             rays, column = aim.shadow_rays(look.row, spots.points, uniforms)
         cosine = np.einsum("ij,ij->i", spots.normals, rays.directions)
-        rows = np.flatnonzero((cosine > 0) & rays.shines)
+        rows = np.flatnonzero((cosine > 0) & rays.shines & spots.before(rays.directions))
         directions, cosine = rays.directions[rows], cosine[rows]
         through = self._shadows.transmitted(spots.points[rows], directions, rays.distances[rows])
         arriving = rays.radiance[rows] * through * cosine[:, None]
@@ -67,6 +67,7 @@ class LooksByNumPy:
         found = np.zeros((len(spots), 3))
         sent_on = None if self.reflected is None else np.zeros((len(spots), 6))
         plain, densities = np.zeros(len(spots)), np.zeros(len(spots))
+        before = spots.before(directions)
         for rows, density, radiance in self._met(look, spots.points, directions, sent_on):
             density = density / look.chances
             arriving = radiance * cosine[rows, None]
@@ -74,6 +75,10 @@ class LooksByNumPy:
             if look.seen is not None:
                 plain[rows] += np.abs(arriving).sum(axis=1) / (density + chance[rows])
                 densities[rows] += density
+        if before is not True:
+            for part in (found, plain, sent_on):
+                if part is not None:
+                    part[~before] = 0.0
         if look.seen is not None:
             if sent_on is not None:
                 plain += 0.5 * sent_on.sum(axis=1)

@@ -14,7 +14,7 @@ from .enclosure import Enclosure
 #: Points on an edge look from this share of the way to the middle of their faces, and from as far off them.
 STEP = 0.02
 
-#: But from no more than so many of the caster's tolerances, about 1/8192 of the distance from the middle of the scene, so
+#: But from no more than so many of the caster's tolerances, about 1/8192 of the distance from the middle of all, so
 #: that points that stand in other geometry do not come out of it, and at least from so many.
 MOST_STEP, LEAST_STEP = 512, 8
 
@@ -41,14 +41,14 @@ class Standpoints:
 
 
 def standpoints(
-    caster: RayCaster, points: np.ndarray, normals: np.ndarray, inward: np.ndarray | None = None
+    caster: RayCaster, points: np.ndarray, facing: np.ndarray, inward: np.ndarray | None = None
 ) -> Iterator[Standpoints]:
-    """Find where ``points`` (N, 3) m with unit ``normals`` (N, 3) can look around from, some at a time.
+    """Find where ``points`` (N, 3) m on faces with unit normals ``facing`` (N, 3) can look around from, some at a time.
 
     ``inward`` (N, 3) metres leads from each point into its own faces, at most half of which it is moved along; zero
     where it need not be, None if nowhere.
     """
-    within = tangential(inward, normals)
+    within = tangential(inward, facing)
     enclosure = Enclosure(caster)
 
     def found(rows: slice) -> Standpoints:
@@ -56,17 +56,17 @@ def standpoints(
         tolerance = caster.tolerance(points[rows])
         step = np.clip(STEP * length, LEAST_STEP * tolerance, MOST_STEP * tolerance)
         aside = moved(points[rows], within[rows], step)
-        off = np.minimum(step, 0.5 * headroom_beside(caster, points[rows], aside, normals[rows], enclosure.facing))
-        origins = aside + off[:, None] * normals[rows]
-        return Standpoints(origins, enclosure.enclosed(origins, normals[rows]))
+        off = np.minimum(step, 0.5 * headroom_beside(caster, points[rows], aside, facing[rows]))
+        origins = aside + off[:, None] * facing[rows]
+        return Standpoints(origins, enclosure.enclosed(origins, facing[rows]))
 
     yield from ordered_map(found, slices(len(points), POINTS_PER_CHUNK))
 
 
-def plain_standpoints(caster: RayCaster, points: np.ndarray, normals: np.ndarray) -> Iterator[Standpoints]:
+def plain_standpoints(caster: RayCaster, points: np.ndarray, facing: np.ndarray) -> Iterator[Standpoints]:
     """Just off the ``points`` (N, 3) themselves, and none of them enclosed: as the plain estimator takes them."""
     off = LEAST_STEP * caster.tolerance(points)
-    yield Standpoints(points + off[:, None] * normals, np.zeros(len(points), bool))
+    yield Standpoints(points + off[:, None] * facing, np.zeros(len(points), bool))
 
 
 def tangential(inward: np.ndarray | None, normals: np.ndarray) -> np.ndarray:
@@ -85,24 +85,26 @@ def moved(points: np.ndarray, ways: np.ndarray, distance: np.ndarray) -> np.ndar
     return points + np.minimum(distance / np.maximum(length, distance), 0.5)[:, None] * ways
 
 
-def headroom_beside(caster: RayCaster, points, aside, normals, facing) -> np.ndarray:
-    """How far (N,) it is along the normal to the next surface, from ``points`` and from where they stand ``aside``.
+def headroom_beside(caster: RayCaster, points: np.ndarray, aside: np.ndarray, facing: np.ndarray) -> np.ndarray:
+    """How far (N,) it is along ``facing`` to the next surface, from ``points`` and from where they stand ``aside``.
 
-    From the point itself: a point moved aside in a hollow lies behind the surface before it is lifted. One moved aside
-    in a wedge has less room; what it meets from behind, by the triangles' normals ``facing`` (T, 3), is the hollow.
+    From the point itself: a point moved aside in a hollow lies behind its own faces before it is lifted. One moved
+    aside in a wedge, or under something, has less room.
     """
-    return np.minimum(headroom(caster, points, normals), headroom(caster, aside, normals, facing))
+    return np.minimum(headroom(caster, points, facing), headroom(caster, aside, facing, points))
 
 
-def headroom(caster: RayCaster, points, normals, facing=None) -> np.ndarray:
-    """How far (N,) it is along the normal to the next surface, at least twice what keeps clear of the own one.
+def headroom(caster: RayCaster, points: np.ndarray, facing: np.ndarray, own: np.ndarray | None = None) -> np.ndarray:
+    """How far (N,) it is along ``facing`` to the next surface, at least twice what keeps clear of the own one.
 
-    With the triangles' normals ``facing`` (T, 3) only fronts count.
+    What is met from behind does not count where it lies in a plane with the place ``own`` (N, 3) m.
     """
     start = 4 * caster.tolerance(points)
-    hits = caster.first_hits(points + start[:, None] * normals, normals)
+    hits = caster.first_hits(points + start[:, None] * facing, facing)
     free = hits.triangle < 0
-    if facing is not None:
-        free |= np.einsum("ij,ij->i", facing[hits.triangle], normals) > 0
+    if own is not None:
+        normals = caster.normals[hits.triangle]
+        off = np.abs(np.einsum("ij,ij->i", normals, hits.points - own))
+        free |= (np.einsum("ij,ij->i", normals, facing) > 0) & (off < start)
     distance = np.linalg.norm(hits.points - points, axis=1)
     return np.where(free, np.inf, np.maximum(distance, 2 * start))

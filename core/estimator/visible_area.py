@@ -126,28 +126,34 @@ class VisibleDiscs:
 
 
 def visible_discs(
-    caster: RayCaster, discs: TangentDiscs, inward: np.ndarray | None = None, every: int = 1
+    caster: RayCaster,
+    discs: TangentDiscs,
+    inward: np.ndarray | None = None,
+    every: int = 1,
+    facing: np.ndarray | None = None,
 ) -> Iterator[VisibleDiscs]:
     """Put ``discs`` (N) in front of the surface and measure their outlines, some at a time.
 
     ``inward`` (N, 3) metres leads from each point into its own faces, at most half of which it is moved along; zero
     where it need not be, None if nowhere. Where time is short only every so many of the DIRECTIONS, 1 to SPARSE, may be
-    looked in; the outline is straight between them.
+    looked in; the outline is straight between them. ``facing`` (N, 3) are the unit normals of the points' faces, from
+    which discs are lifted; None: those of the discs.
     """
+    facing = discs.normals if facing is None else facing
     tolerance = caster.tolerance(discs.centres)
     least = np.clip(NUDGE * discs.radii, LEAST_STEP * tolerance, MOST_NUDGE * tolerance)
-    based = moved(discs.centres, tangential(inward, discs.normals), least)
-    facing = caster.normals
+    based = moved(discs.centres, tangential(inward, facing), least)
 
     def placed(rows: slice) -> VisibleDiscs:
-        normals, radii = discs.normals[rows], discs.radii[rows]
-        room = headroom_beside(caster, discs.centres[rows], based[rows], normals, facing)
-        lifts, reach = _lifted(caster, based[rows], normals, radii, np.minimum(least[rows], 0.5 * room), room, every)
+        normals, radii, up = discs.normals[rows], discs.radii[rows], facing[rows]
+        room = headroom_beside(caster, discs.centres[rows], based[rows], up)
+        ways = based[rows], up, normals, radii
+        lifts, reach = _lifted(caster, *ways, np.minimum(least[rows], 0.5 * room), room, every)
         reach = _filled(reach, radii)
         partial = (reach < radii[:, None]).any(axis=1)
         nested, whole = nested_areas(reach, radii), whole_areas(radii)
         hidden = nested[:, 0] < SMALLEST_SHARE * whole[:, 0]
-        lifted = TangentDiscs(based[rows] + lifts[:, None] * normals, normals, radii)
+        lifted = TangentDiscs(based[rows] + lifts[:, None] * up, normals, radii)
         return VisibleDiscs(lifted, VisibleArea(reach, np.where(hidden[:, None], whole, nested), partial, hidden))
 
     yield from ordered_map(placed, slices(len(discs), POINTS_PER_CHUNK))
@@ -160,19 +166,19 @@ def whole_discs(discs: TangentDiscs) -> Iterator[VisibleDiscs]:
     yield VisibleDiscs(discs, area)
 
 
-def _lifted(caster, centres, normals, radii, least, room, every) -> tuple[np.ndarray, np.ndarray]:
-    """The lift (N,), ``least`` or more, of each disc and its outline there; no disc is lifted through a surface."""
+def _lifted(caster, centres, up, normals, radii, least, room, every) -> tuple[np.ndarray, np.ndarray]:
+    """The lift (N,), ``least`` or more, of each disc ``up`` (N, 3) and its outline there, through no surface."""
     lifts = least.copy()
-    reach = _reach(caster, centres + lifts[:, None] * normals, normals, radii, every)
+    reach = _reach(caster, centres + lifts[:, None] * up, normals, radii, every)
     areas = outline_area(reach)
     rows = np.flatnonzero(areas < np.pi * radii**2 / GAIN)
     # From where the disc lies now, too: aside of a point in a wedge the other side is nearer.
-    above = lifts[rows] + headroom(caster, centres[rows] + lifts[rows, None] * normals[rows], normals[rows])
+    above = lifts[rows] + headroom(caster, centres[rows] + lifts[rows, None] * up[rows], up[rows])
     room = room.copy()
     room[rows] = np.minimum(room[rows], above)
     for share in LIFTS:
         rows = rows[share * radii[rows] < 0.5 * room[rows]]
-        lifted = centres[rows] + share * radii[rows, None] * normals[rows]
+        lifted = centres[rows] + share * radii[rows, None] * up[rows]
         higher = _reach(caster, lifted, normals[rows], radii[rows], SPARSE)
         gains = outline_area(higher) > SPARSE_GAIN * outline_area(reach[rows, :: SPARSE // every])
         rows, lifted, higher = rows[gains], lifted[gains], higher[gains]

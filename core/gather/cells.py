@@ -2,7 +2,8 @@
 
 A ray of length t looks light up in cells with sides of about SHARE t, as wide as the part of the hemisphere that it
 stands for among a hundred rays. Sides go in powers of two, so that equal places and levels are equal numbers. Those are
-mixed from the cell's place, so that a scene may be as wide as it likes beside its smallest cells. Source of such keys: Binder, Fricke and Keller, "Massively Parallel Path Space Filtering", 2019.
+mixed from the cell's place, so that a scene may be as wide as it likes beside its smallest cells. Source of such keys:
+Binder, Fricke and Keller, "Massively Parallel Path Space Filtering", 2019.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ from ...core.rays import RayCaster
 from ...core.triangles import normals_and_areas
 from .estimation_points import CornerPoints
 from .read_meshes import MeshSurface
-from .triangle_geometry import cross, dots, safe_unit
+from .triangle_geometry import cross, determinant, dots, safe_unit
 
 #: how far from its vertex a corner looks around, as a share of the way to the middle of its triangles
 _ASIDE = 0.002
@@ -18,8 +18,8 @@ _ASIDE = 0.002
 #: the least of it in tolerances of the rays, if that is no more than this share of the way, and at any rate
 _LEAST, _MOST_ASIDE, _LEAST_ASIDE = 256, 0.06, 8
 
-#: Surfaces are drawn back behind themselves by this share of their height as triangles at most. What meets one within so
-#: many times as far touches it.
+#: Surfaces are drawn back behind themselves by this share of their height as triangles at most. What lies within so
+#: many times as far of one touches it.
 _DRAWN_BACK, _TOUCHING = 0.01, 3
 
 #: the places from which triangles look for their corners, in sixths of their vertices: the middle, and half-way between
@@ -40,6 +40,7 @@ class Corners:
     rows      (C,) the point of each corner, -1 for none, and vertices (C,), both counted through all objects
     centres   (N, 3) metres; normals (N, 3) unit
     pairs     (P,) the corner of each pair; triangles (P, 3, 3) the vertices of its triangle in the world, metres
+    facing    (C, 3) mean unit normals of each corner's triangles, by their winding
     inward    (C, 3) metres, from each corner across its triangles, half-way between their edges
     angles    (C,) between those, in radians
     """
@@ -50,6 +51,7 @@ class Corners:
     normals: np.ndarray
     pairs: np.ndarray
     triangles: np.ndarray
+    facing: np.ndarray
     inward: np.ndarray
     angles: np.ndarray
 
@@ -62,6 +64,8 @@ class Corners:
             rows = np.where(part.rows >= 0, part.rows + starts[0], -1)
             placed = surface.vertices @ part.matrix[:3, :3].T + part.matrix[:3, 3]
             triangles = placed[surface.triangles[part.triangles]]
+            if determinant(part.matrix) < 0:
+                triangles = triangles[:, ::-1]
             vertices, pairs = part.vertices + starts[1], part.corners + starts[2]
             columns.append((rows, vertices, part.centres, part.normals, pairs, triangles))
             starts += (len(part.centres), part.vertices.max(initial=-1) + 1, len(part.rows))
@@ -71,7 +75,8 @@ class Corners:
         bisectors, angles = _bisectors(triangles, centres[rows[pairs]])
         inward = means(bisectors, pairs, len(rows), angles)
         total = np.bincount(pairs, angles, len(rows))
-        return Corners(rows, vertices, centres, normals, pairs, triangles, inward, total)
+        facing = means(normals_and_areas(triangles)[0], pairs, len(rows), angles)
+        return Corners(rows, vertices, centres, normals, pairs, triangles, facing, inward, total)
 
 
 class Neighbourhood:

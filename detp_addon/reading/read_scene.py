@@ -52,6 +52,7 @@ class ExportedScene:
     """What was read: the core's scene, what to bake, and what a person should know.
 
     centres    (N, 3) metres and normals (N, 3) unit: the estimation points of all targets
+    facing     (N, 3) unit normals of their faces
     inward     (N, 3) metres, from each point into its own faces
     covered    (N,) whether another face lies against that of the point (see settled_corners.py)
     modelled   features that were found and are honoured; left_out: those that are not; warnings: one sentence each
@@ -62,6 +63,7 @@ class ExportedScene:
     targets: tuple[BakeTarget, ...]
     centres: np.ndarray
     normals: np.ndarray
+    facing: np.ndarray
     inward: np.ndarray
     covered: np.ndarray
     modelled: tuple[str, ...]
@@ -104,7 +106,8 @@ def read_scene(
     note_reflections(context_scene, scene.albedo, findings)
     modelled, left_out, warnings = findings.sentences()
     return ExportedScene(
-        scene, baked, points.centres, points.normals, points.inward, points.covered, modelled, left_out, warnings,
+        scene, baked, points.centres, points.normals, points.facing, points.inward, points.covered,
+        modelled, left_out, warnings,
         objects=len(read.placements), triangles=len(scene.triangles), lights=len(scene.lights) + _shining(read),
     )  # fmt: skip
 

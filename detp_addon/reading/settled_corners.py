@@ -15,10 +15,13 @@ from ...core.scene import Scene
 from .corner_neighbourhood import Corners, Neighbourhood, means
 from .estimation_points import CornerPoints
 from .read_meshes import MeshSurface
-from .triangle_geometry import dots
+from .triangle_geometry import dots, safe_unit
 
 #: Corners that lie behind something are moved in front of it, if less of the way from their faces' middles is hidden.
 MOST_BEHIND = 0.5
+
+#: cosine between a face's normal and that of its corner below which the back of the face is meant
+_BEHIND = -0.05
 
 
 @dataclass(frozen=True)
@@ -26,7 +29,8 @@ class SettledPoints:
     """The estimation points of all objects to bake.
 
     rows      for each object the point (C,) of each face corner, -1 for none
-    centres   (N, 3) metres; normals (N, 3) unit
+    centres   (N, 3) metres; normals (N, 3) unit, by which the points are shaded
+    facing    (N, 3) unit normals of the triangles that show the point's colour
     inward    (N, 3) metres, from each point into the triangles that show its colour, away from their edges
     covered   (N,) whether another face lies against that of the point, or stands before it as seen from its middle: if
               the point is dark, the light of the face is not
@@ -35,6 +39,7 @@ class SettledPoints:
     rows: tuple[np.ndarray, ...]
     centres: np.ndarray
     normals: np.ndarray
+    facing: np.ndarray
     inward: np.ndarray
     covered: np.ndarray
 
@@ -74,11 +79,24 @@ def settled_points(points: list[CornerPoints], surfaces: list[MeshSurface], scen
     shared = 3 * rows + np.where(moved, 2, covered)
     key = np.where(alone, 3 * len(corners.centres) + np.arange(len(rows)), shared)[used]
     _, first, rows[used] = np.unique(key, return_index=True, return_inverse=True)
-    first, inward = used[first], means(inward[used], rows[used], len(first), corners.angles[used])
-    ends = np.cumsum([len(part.rows) for part in points], dtype=np.int64)
-    return SettledPoints(
-        tuple(np.split(rows, ends))[:-1], centres[first], corners.normals[corners.rows[first]], inward, covered[first]
+    facing, inward = (
+        means(part[used], rows[used], len(first), corners.angles[used]) for part in (corners.facing, inward)
     )
+    first = used[first]
+    normals = corners.normals[corners.rows[first]]
+    ends = np.cumsum([len(part.rows) for part in points], dtype=np.int64)
+    rows = tuple(np.split(rows, ends))[:-1]
+    return SettledPoints(rows, centres[first], normals, _faces(facing, normals), inward, covered[first])
+
+
+def _faces(facing: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    """Unit normals (N, 3) of faces along ``facing`` (N, 3), or their backs where ``normals`` (N, 3) are clearly there.
+
+    Where faces cancel out, the points' normals.
+    """
+    facing, known = safe_unit(facing)
+    facing = np.where(dots(facing, normals) < _BEHIND, -1.0, 1.0)[:, None] * facing
+    return np.where(known[:, None], facing, normals)
 
 
 def _shares(groups: np.ndarray, members: np.ndarray) -> np.ndarray:

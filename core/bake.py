@@ -13,6 +13,7 @@ import numpy as np
 
 from .checks import float_rows, unit_rows
 from .direct.direct_light import DirectLight
+from .direct.shadows import Shadows
 from .direct.stands import Stands
 from .discs import TangentDiscs
 from .errors import NoMeshError
@@ -25,6 +26,7 @@ from .gatherers.choose import make_gatherer
 from .irradiance import Irradiance
 from .photons.emission import lights_of
 from .photons.guiding import learn_guide
+from .photons.light_shares import seen_shares
 from .photons.photon_light import PhotonLight, PhotonSearch
 from .photons.tracing import PhotonTracer
 from .radius import Disc, check_radius, chosen_disc
@@ -171,8 +173,8 @@ def bake(
         with stopwatch("place"):
             landings = scouted(scene, caster, places.origins, faces, settings.seed)
             side = None if settings.radius is None else settings.radius / WIDTH
-            made = Records(caster, landings, len(centres), settings.seed, side)
-            records = RecordLight(scene, caster, made, settings, shining, by_photons)
+            held = Records(caster, landings, len(centres), settings.seed, side)
+            records = RecordLight(scene, caster, held, settings, shining, by_photons)
         gathers = len(records) > 0
     if gathers:
         yield Progress("Placing the records", 0.0)
@@ -194,7 +196,9 @@ def bake(
     with stopwatch("trace"):
         bounces = settings.bounces if settings.indirect_by != "off" else 0
         reach = max(disc.radius, records.radius if records is not None else 0.0)
-        tracer = PhotonTracer(scene, caster, scene.bounds.expanded(2 * reach), bounces, by_photons)
+        looking = (held.held.stands, held.held.normals) if gathers else (places.origins, normals)
+        seen = seen_shares(shining, Shadows(scene, caster), *looking, settings.seed)
+        tracer = PhotonTracer(scene, caster, scene.bounds.expanded(2 * reach), bounces, by_photons, seen)
 
     searches = []
     if kinds:

@@ -49,6 +49,24 @@ class LampLight:
             self.learnt.add(part, rows, choice, choice.scale(np.zeros(len(points))), spot, column, brought)
         return found
 
+    @property
+    def count(self) -> int:
+        """How many lamps there are."""
+        return len(self._lamps)
+
+    def unshadowed(self, points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """What their middles would bring to ``points`` (K, 3) with ``normals`` (K, 3) if nothing were in between, RGB sum
+        (K, lamps), and the same without cosine; lamps are in the order of the emitters."""
+        order = self.learnt.emitters.order
+        light, strength = np.empty((2, len(points), len(order)))
+        middle = np.full((len(points), SHADOW_DIMENSIONS), _MIDDLE)
+        for column, number in enumerate(order):
+            rays = self._lamps[number].shadow_rays(points, middle)
+            strength[:, column] = np.abs(rays.radiance).sum(axis=1) / rays.density
+            cosine = np.einsum("ij,ij->i", normals, rays.directions)
+            light[:, column] = strength[:, column] * np.maximum(cosine, 0.0)
+        return light, strength
+
     def rays_to(self, chosen: np.ndarray, points: np.ndarray, uniforms: np.ndarray) -> ShadowRays:
         """A ray from each of ``points`` (K, 3) to the ``chosen`` (K,) lamp, by ``uniforms`` (K, 2)."""
         found = [np.empty((len(points), 3)), np.empty(len(points)), np.empty((len(points), 3)), np.empty(len(points))]
@@ -98,14 +116,7 @@ class LampLight:
         if len(order) > self.learnt.begin.shape[1]:
             return self.learnt.choice(part, rows, points, normals, group)
         # Each is a range of its own, and its middle tells more of it than a range does.
-        light, strength = np.empty((2, len(points), len(order)))
-        middle = np.full((len(points), SHADOW_DIMENSIONS), _MIDDLE)
-        for column, number in enumerate(order):
-            rays = self._lamps[number].shadow_rays(points, middle)
-            strength[:, column] = np.abs(rays.radiance).sum(axis=1) / rays.density
-            cosine = np.einsum("ij,ij->i", normals, rays.directions)
-            light[:, column] = strength[:, column] * np.maximum(cosine, 0.0)
-        return self.learnt.choice(part, rows, points, normals, group, (light, strength))
+        return self.learnt.choice(part, rows, points, normals, group, self.unshadowed(points, normals))
 
     def _arriving(self, stands: Stands, normals, spot, chosen, probability, uniforms) -> np.ndarray:
         """Irradiance (S, 3) at each ``spot`` (S,) of the points by a ray to the ``chosen`` lamp (S,)."""
@@ -113,7 +124,8 @@ class LampLight:
         rays = self.rays_to(chosen, origins, uniforms)
         cosine = np.einsum("ij,ij->i", normals, rays.directions)
         ahead = stands.before(spot, rays.directions)
-        close = np.flatnonzero(rays.distances * np.abs(cosine) < CLOSE * stands.aside.take(spot))
+        height = rays.distances * np.maximum(np.abs(cosine), np.finfo(float).tiny)
+        close = np.flatnonzero(height < CLOSE * stands.aside.take(spot))
         if len(close):
             ahead = ahead & np.full(len(spot), True)
             near = spot.take(close)

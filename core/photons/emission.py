@@ -25,11 +25,12 @@ def lights_of(scene: Scene) -> list[Light]:
 class Emission:
     """The lamps, the world and the emissive triangles of ``scene``; distant ones shoot at ``bounds``.
 
-    Attribute ``flux`` (3,): radiant flux in W of all together; ``by_power``: the guide that has learnt nothing. Raises
-    NoLightError when nothing emits.
+    Attribute ``flux`` (3,): radiant flux in W of all together; ``natural``: the guide that has learnt nothing, by power
+    and, for a half where it is known, by what is ``seen`` of each light (J,), see light_shares.py. Raises NoLightError
+    when nothing emits.
     """
 
-    def __init__(self, scene: Scene, bounds: Bounds):
+    def __init__(self, scene: Scene, bounds: Bounds, seen: np.ndarray | None = None):
         self._bounds = bounds
         lights = lights_of(scene)
         fluxes = np.array([light.flux(bounds) for light in lights]).reshape(-1, 3)
@@ -41,7 +42,10 @@ class Emission:
             )
         self.flux = fluxes[shining].sum(axis=0)
         self._lights = [lights[i] for i in shining]
-        self.by_power = EmissionGuide.by_power(power[shining] / power[shining].sum())
+        shares = power[shining] / power[shining].sum()
+        if seen is not None and seen[shining].any():
+            shares = 0.5 * (shares + seen[shining] / seen[shining].sum())
+        self.natural = EmissionGuide.by_shares(shares)
 
     def emit(self, draws: Draws) -> Particles:
         """The particles of ``draws``, one a row; they carry the whole flux together.

@@ -64,6 +64,7 @@ class BakeResult:
     direct        irradiance at the N points that comes straight from the lights, with its standard error
     indirect      irradiance after at least one reflection or refraction; what was not asked for is zero
     hidden        (N,) points that no light can reach because they are buried in other geometry: nothing is known there
+    coarse        (N,) points on faces too small to be told apart so far from most of the points
     radius        of the discs, metres; 0 as long as none is chosen
     gatherer      name, and ``reason`` for its choice
     photons, segments   how many were traced and gathered
@@ -75,6 +76,7 @@ class BakeResult:
     direct: Irradiance
     indirect: Irradiance
     hidden: np.ndarray
+    coarse: np.ndarray
     radius: float
     gatherer: str
     reason: str
@@ -231,6 +233,7 @@ def bake(
             direct=direct,
             indirect=indirect,
             hidden=hidden_points(covered, places.enclosed, direct.value + indirect.value),
+            coarse=places.coarse,
             radius=disc.radius if kinds else records.radius if records is not None else 0.0,
             gatherer=names[0],
             reason=names[1],
@@ -312,6 +315,7 @@ def _only_direct(
         direct=light,
         indirect=Irradiance(np.zeros_like(light.value), np.full_like(light.value, unknown)),
         hidden=hidden_points(np.zeros_like(places.enclosed), places.enclosed, light.value),
+        coarse=places.coarse,
         radius=0.0,
         gatherer="none",
         reason="No photons were searched.",

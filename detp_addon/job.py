@@ -299,6 +299,12 @@ def _doubts(result: BakeResult, settings: BakeSettings, stopped: bool, vertices:
             f"The error of {settings.target_error:.1%} that was aimed at was not reached with "
             f"{counted(result.photons, 'photon')}: {remedy}, or choose a larger error."
         )
+    if result.coarse.any():
+        doubts.append(
+            f"{counted(int(result.coarse.sum()), 'point')} of {len(result.coarse)} lie on faces too small for where they "
+            f"are, so far from most of what is baked that rounding tells in their light: bake them by themselves, or "
+            f"move them nearer."
+        )
     if not result.irradiance.any():
         doubts.append(why_dark(vertices, result.photons))
     emitted = np.abs(result.emitted_flux).sum()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -12,11 +12,14 @@ from ..rays import RayCaster
 from .enclosure import Enclosure
 
 #: Points on an edge look from this share of the way to the middle of their faces, and from as far off them.
-STEP = 0.02
+STEP = 0.002
 
 #: But from no more than so many of the caster's tolerances, about 1/8192 of the distance from the middle of all, so
 #: that points that stand in other geometry do not come out of it, and at least from so many.
 MOST_STEP, LEAST_STEP = 512, 8
+
+#: Where that least is more than this share of the way to the middle of the faces, their light is coarse.
+COARSE = 0.1
 
 #: Points whose rays are cast at a time.
 POINTS_PER_CHUNK = 1 << 12
@@ -28,16 +31,17 @@ class Standpoints:
 
     origins   (N, 3) metres, where shadow rays start
     enclosed  (N,) whether the point looks at the insides of closed geometry (see enclosure.py)
+    coarse    (N,) whether the point's face is so small that rounding, so far from the middle of all, tells in its light
     """
 
     origins: np.ndarray
     enclosed: np.ndarray
+    coarse: np.ndarray
 
     @staticmethod
     def joined(parts: list[Standpoints]) -> Standpoints:
         """All standpoints of ``parts`` in their order; ``parts`` holds at least one."""
-        origins, enclosed = zip(*((part.origins, part.enclosed) for part in parts), strict=True)
-        return Standpoints(np.concatenate(origins), np.concatenate(enclosed))
+        return Standpoints(*(np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Standpoints)))
 
 
 def standpoints(
@@ -58,7 +62,8 @@ def standpoints(
         aside = moved(points[rows], within[rows], step)
         off = np.minimum(step, 0.5 * headroom_beside(caster, points[rows], aside, facing[rows]))
         origins = aside + off[:, None] * facing[rows]
-        return Standpoints(origins, enclosure.enclosed(origins, facing[rows]))
+        coarse = (length > 0) & (LEAST_STEP * tolerance > COARSE * length)
+        return Standpoints(origins, enclosure.enclosed(origins, facing[rows]), coarse)
 
     yield from ordered_map(found, slices(len(points), POINTS_PER_CHUNK))
 
@@ -66,7 +71,7 @@ def standpoints(
 def plain_standpoints(caster: RayCaster, points: np.ndarray, facing: np.ndarray) -> Iterator[Standpoints]:
     """Just off the ``points`` (N, 3) themselves, and none of them enclosed: as the plain estimator takes them."""
     off = LEAST_STEP * caster.tolerance(points)
-    yield Standpoints(points + off[:, None] * facing, np.zeros(len(points), bool))
+    yield Standpoints(points + off[:, None] * facing, *np.zeros((2, len(points)), bool))
 
 
 def tangential(inward: np.ndarray | None, normals: np.ndarray) -> np.ndarray:

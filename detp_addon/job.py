@@ -301,9 +301,8 @@ def _doubts(result: BakeResult, settings: BakeSettings, stopped: bool, vertices:
         )
     if result.coarse.any():
         doubts.append(
-            f"{counted(int(result.coarse.sum()), 'point')} of {len(result.coarse)} lie on faces too small for where they "
-            f"are, so far from most of what is baked that rounding tells in their light: bake them by themselves, or "
-            f"move them nearer."
+            f"{counted(int(result.coarse.sum()), 'point')} of {len(result.coarse)} lie on faces so small, and so far "
+            f"from most of what is baked, that rounding tells in their light: bake them alone, or move them nearer."
         )
     if not result.irradiance.any():
         doubts.append(why_dark(vertices, result.photons))

@@ -23,8 +23,8 @@ from extreme_cases import CASES, Case  # noqa: E402
 HEADING = """# The numerical extremes
 
 Made by `python tools/measure_extremes.py --objects 20000`, which runs the cases of tests/analytic/extreme_cases.py and
-extent_cases.py with more photons than the tests do. Unless it says otherwise a case bakes with both estimators, and with direct light by
-photons and by shadow rays; *sigma* is the reported standard error.
+extent_cases.py with more photons than the tests do. Unless it says otherwise a case of the former bakes with both
+estimators, and with direct light by photons and by shadow rays; *sigma* is the reported standard error.
 """
 
 

@@ -55,8 +55,8 @@ class LampLight:
         return len(self._lamps)
 
     def unshadowed(self, points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """What their middles would bring to ``points`` (K, 3) with ``normals`` (K, 3) if nothing were in between, RGB sum
-        (K, lamps), and the same without cosine; lamps are in the order of the emitters."""
+        """What their middles would bring to ``points`` (K, 3) with ``normals`` (K, 3) if nothing were in between: RGB
+        sums (K, lamps), and the same without cosine; lamps are in the order of the emitters."""
         order = self.learnt.emitters.order
         light, strength = np.empty((2, len(points), len(order)))
         middle = np.full((len(points), SHADOW_DIMENSIONS), _MIDDLE)

@@ -21,8 +21,8 @@ LEAST_SHARE = 0.1
 #: Places that are worked on at a time.
 _PLACES_PER_BLOCK = 1 << 12
 
-#: So few lamps are not chosen by what groups know, but at each place by what each would bring, and all alike for a half: a
-#: group in a room and in the sun before it knows little of either.
+#: So few lamps are not chosen by what groups know, but at each place by what each would bring, and all alike for a
+#: half: a group in a room and in the sun before it knows little of either.
 FEW_LAMPS = 4
 
 _BELOW_ONE = np.nextafter(1.0, 0.0)

@@ -9,17 +9,21 @@ import numpy as np
 
 from ..parallel import ordered_map, slices
 from ..rays import RayCaster
+from ..triangles import normals_and_areas
 from .enclosure import Enclosure
 
-#: Points on an edge look from this share of the way to the middle of their faces, and from as far off them.
+#: Points look from as far off their faces as this share of a face's size, and on an edge from as far aside of it.
 STEP = 0.002
 
 #: But from no more than so many of the caster's tolerances, about 1/8192 of the distance from the middle of all, so
 #: that points that stand in other geometry do not come out of it, and at least from so many.
-MOST_STEP, LEAST_STEP = 512, 8
+MOST_STEP, LEAST_STEP = 512, 2
 
-#: Where that least is more than this share of the way to the middle of the faces, their light is coarse.
+#: Where that least is more than this share of a face's size, its light is coarse.
 COARSE = 0.1
+
+#: How far into its face a point looks for it, as a share of the way to its middle.
+PROBED = 0.25
 
 #: Points whose rays are cast at a time.
 POINTS_PER_CHUNK = 1 << 12
@@ -56,13 +60,13 @@ def standpoints(
     enclosure = Enclosure(caster)
 
     def found(rows: slice) -> Standpoints:
-        length = np.linalg.norm(within[rows], axis=1)
         tolerance = caster.tolerance(points[rows])
-        step = np.clip(STEP * length, LEAST_STEP * tolerance, MOST_STEP * tolerance)
+        size = _sizes(caster, points[rows], within[rows], facing[rows], tolerance)
+        step = np.clip(STEP * size, LEAST_STEP * tolerance, MOST_STEP * tolerance)
         aside = moved(points[rows], within[rows], step)
         off = np.minimum(step, 0.5 * headroom_beside(caster, points[rows], aside, facing[rows]))
         origins = aside + off[:, None] * facing[rows]
-        coarse = (length > 0) & (LEAST_STEP * tolerance > COARSE * length)
+        coarse = (size > 0) & (LEAST_STEP * tolerance > COARSE * size)
         return Standpoints(origins, enclosure.enclosed(origins, facing[rows]), coarse)
 
     yield from ordered_map(found, slices(len(points), POINTS_PER_CHUNK))
@@ -72,6 +76,14 @@ def plain_standpoints(caster: RayCaster, points: np.ndarray, facing: np.ndarray)
     """Just off the ``points`` (N, 3) themselves, and none of them enclosed: as the plain estimator takes them."""
     off = LEAST_STEP * caster.tolerance(points)
     yield Standpoints(points + off[:, None] * facing, *np.zeros((2, len(points)), bool))
+
+
+def _sizes(caster: RayCaster, points, within, facing, tolerance) -> np.ndarray:
+    """Sizes (N,), metres, of the triangles that ``points`` (N, 3) lie on; the ways ``within`` where none is found."""
+    above = points + PROBED * within + tolerance[:, None] * facing
+    hits = caster.first_hits(above, -facing, tolerance)
+    _, areas = normals_and_areas(caster.corners[hits.triangle])
+    return np.where((hits.triangle >= 0) & (areas > 0), np.sqrt(2.0 * areas), np.linalg.norm(within, axis=1))
 
 
 def tangential(inward: np.ndarray | None, normals: np.ndarray) -> np.ndarray:
@@ -104,7 +116,7 @@ def headroom(caster: RayCaster, points: np.ndarray, facing: np.ndarray, own: np.
 
     What is met from behind does not count where it lies in a plane with the place ``own`` (N, 3) m.
     """
-    start = 4 * caster.tolerance(points)
+    start = caster.tolerance(points)
     hits = caster.first_hits(points + start[:, None] * facing, facing)
     free = hits.triangle < 0
     if own is not None:

@@ -20,10 +20,10 @@ MOST_PLACES = 1 << 10
 def seen_shares(
     lights: Sequence[Light], shadows: Shadows, places: np.ndarray, normals: np.ndarray, seed: int
 ) -> np.ndarray | None:
-    """The part (J,) of each of the ``lights`` in the direct light at ``places`` (N, 3) with ``normals`` (N, 3), on average.
+    """The part (J,) of each of the ``lights`` in the direct light at ``places`` (N, 3) with ``normals`` (N, 3).
 
-    Each place counts alike, however bright it is: so do their errors. None where there is nothing to choose, no light is
-    seen, or there are too many lights to ask.
+    It is the mean over the places, which all count alike however bright they are: so do their errors. None where there
+    is nothing to choose, no light is seen, or there are too many lights to ask.
     """
     count = min(MOST_PLACES, RAYS // max(len(lights), 1), len(places))
     if len(lights) < 2 or count < min(LEAST_PLACES, len(places)):

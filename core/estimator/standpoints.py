@@ -22,9 +22,6 @@ MOST_STEP, LEAST_STEP = 512, 2
 #: Where that least is more than this share of a face's size, its light is coarse.
 COARSE = 0.1
 
-#: How far into its face a point looks for it, as a share of the way to its middle.
-PROBED = 0.25
-
 #: Points whose rays are cast at a time.
 POINTS_PER_CHUNK = 1 << 12
 
@@ -56,14 +53,13 @@ def standpoints(
     ``inward`` (N, 3) metres leads from each point into its own faces, at most half of which it is moved along; zero
     where it need not be, None if nowhere.
     """
-    within = tangential(inward, facing)
     enclosure = Enclosure(caster)
 
     def found(rows: slice) -> Standpoints:
-        tolerance = caster.tolerance(points[rows])
-        size = _sizes(caster, points[rows], within[rows], facing[rows], tolerance)
+        tolerance, ways = caster.tolerance(points[rows]), None if inward is None else inward[rows]
+        size = _sizes(caster, points[rows], ways, facing[rows], tolerance)
         step = np.clip(STEP * size, LEAST_STEP * tolerance, MOST_STEP * tolerance)
-        aside = moved(points[rows], within[rows], step)
+        aside = moved(points[rows], ways, facing[rows], step)
         off = np.minimum(step, 0.5 * headroom_beside(caster, points[rows], aside, facing[rows]))
         origins = aside + off[:, None] * facing[rows]
         coarse = (size > 0) & (LEAST_STEP * tolerance > COARSE * size)
@@ -78,28 +74,27 @@ def plain_standpoints(caster: RayCaster, points: np.ndarray, facing: np.ndarray)
     yield Standpoints(points + off[:, None] * facing, *np.zeros((2, len(points)), bool))
 
 
-def _sizes(caster: RayCaster, points, within, facing, tolerance) -> np.ndarray:
-    """Sizes (N,), metres, of the triangles that ``points`` (N, 3) lie on; the ways ``within`` where none is found."""
-    above = points + PROBED * within + tolerance[:, None] * facing
+def _sizes(caster: RayCaster, points, inward, facing, tolerance) -> np.ndarray:
+    """Sizes (N,), metres, of the triangles that ``points`` (N, 3) lie on, or of the way ``inward``; 0 if unknown."""
+    above = moved(points, inward, facing, np.full(len(points), caster.radius)) + tolerance[:, None] * facing
     hits = caster.first_hits(above, -facing, tolerance)
     _, areas = normals_and_areas(caster.corners[hits.triangle])
-    return np.where((hits.triangle >= 0) & (areas > 0), np.sqrt(2.0 * areas), np.linalg.norm(within, axis=1))
+    ways = 0.0 if inward is None else np.linalg.norm(inward, axis=1)
+    return np.where((hits.triangle >= 0) & (areas > 0), np.sqrt(2.0 * areas), ways)
 
 
-def tangential(inward: np.ndarray | None, normals: np.ndarray) -> np.ndarray:
-    """What of ``inward`` (N, 3), None for nothing, lies in the tangent planes of ``normals`` (N, 3).
+def moved(points: np.ndarray, inward: np.ndarray | None, facing: np.ndarray, distance: np.ndarray) -> np.ndarray:
+    """The ``points`` (N, 3) moved ``inward`` (N, 3), None for nowhere, in the planes of their faces by a ``distance``
+    (N,), but by half of each way at most.
 
-    From a rounded convex corner the middle of its faces lies inside the solid.
+    Where several faces share a point, much of the way leads out of its plane: into the solid from a rounded edge, off
+    both walls from one between them. What is left of it in the plane counts for as little as it is of the whole.
     """
     if inward is None:
-        return np.zeros_like(normals)
-    return inward - np.einsum("ij,ij->i", inward, normals)[:, None] * normals
-
-
-def moved(points: np.ndarray, ways: np.ndarray, distance: np.ndarray) -> np.ndarray:
-    """The ``points`` (N, 3) moved along ``ways`` (N, 3) by a ``distance`` (N,), but by half of each way at most."""
-    length = np.linalg.norm(ways, axis=1)
-    return points + np.minimum(distance / np.maximum(length, distance), 0.5)[:, None] * ways
+        return points
+    within = inward - np.einsum("ij,ij->i", inward, facing)[:, None] * facing
+    length = np.linalg.norm(inward, axis=1)
+    return points + np.minimum(distance / np.maximum(length, distance), 0.5)[:, None] * within
 
 
 def headroom_beside(caster: RayCaster, points: np.ndarray, aside: np.ndarray, facing: np.ndarray) -> np.ndarray:

@@ -20,7 +20,7 @@ from ..rays import RayCaster
 from ..sampling import frames
 from ..segments import Segments
 from .rings import OUTSIDE, nested_areas, offsets, outline_area, rings_of, whole_areas
-from .standpoints import LEAST_STEP, POINTS_PER_CHUNK, headroom, headroom_beside, moved, tangential
+from .standpoints import LEAST_STEP, POINTS_PER_CHUNK, headroom, headroom_beside, moved
 
 #: Rays in the tangent plane. Neighbours are joined by straight lines, so a wall's outline is exact.
 DIRECTIONS = 32
@@ -142,7 +142,7 @@ def visible_discs(
     facing = discs.normals if facing is None else facing
     tolerance = caster.tolerance(discs.centres)
     least = np.clip(NUDGE * discs.radii, LEAST_STEP * tolerance, MOST_NUDGE * tolerance)
-    based = moved(discs.centres, tangential(inward, facing), least)
+    based = moved(discs.centres, inward, facing, least)
 
     def placed(rows: slice) -> VisibleDiscs:
         normals, radii, up = discs.normals[rows], discs.radii[rows], facing[rows]

@@ -22,6 +22,9 @@ MOST_STEP, LEAST_STEP = 512, 2
 #: Where that least is more than this share of a face's size, its light is coarse.
 COARSE = 0.1
 
+#: Faces rise from a point when the way into them leads off its plane by more than this share of itself.
+HOLLOW = 1e-3
+
 #: Points whose rays are cast at a time.
 POINTS_PER_CHUNK = 1 << 12
 
@@ -60,7 +63,7 @@ def standpoints(
         size = _sizes(caster, points[rows], ways, facing[rows], tolerance)
         step = np.clip(STEP * size, LEAST_STEP * tolerance, MOST_STEP * tolerance)
         aside = moved(points[rows], ways, facing[rows], step)
-        off = np.minimum(step, 0.5 * headroom_beside(caster, points[rows], aside, facing[rows]))
+        off = np.minimum(step, 0.5 * headroom_beside(caster, points[rows], ways, facing[rows], aside))
         origins = aside + off[:, None] * facing[rows]
         coarse = (size > 0) & (LEAST_STEP * tolerance > COARSE * size)
         return Standpoints(origins, enclosure.enclosed(origins, facing[rows]), coarse)
@@ -97,26 +100,38 @@ def moved(points: np.ndarray, inward: np.ndarray | None, facing: np.ndarray, dis
     return points + np.minimum(distance / np.maximum(length, distance), 0.5)[:, None] * within
 
 
-def headroom_beside(caster: RayCaster, points: np.ndarray, aside: np.ndarray, facing: np.ndarray) -> np.ndarray:
+def headroom_beside(
+    caster: RayCaster, points: np.ndarray, inward: np.ndarray | None, facing: np.ndarray, aside: np.ndarray
+) -> np.ndarray:
     """How far (N,) it is along ``facing`` to the next surface, from ``points`` and from where they stand ``aside``.
 
-    From the point itself: a point moved aside in a hollow lies behind its own faces before it is lifted. One moved
-    aside in a wedge, or under something, has less room.
+    From the point itself: in a hollow, where its own faces rise ``inward``, a point moved aside lies behind them before
+    it is lifted, and they do not count. One moved aside in a wedge, or under something, has less room.
     """
-    return np.minimum(headroom(caster, points, facing), headroom(caster, aside, facing, points))
+    room = headroom(caster, points, facing)
+    if inward is None:
+        return room
+    rising = np.einsum("ij,ij->i", inward, facing) > HOLLOW * np.linalg.norm(inward, axis=1)
+    return np.minimum(room, headroom(caster, aside, facing, points, rising))
 
 
-def headroom(caster: RayCaster, points: np.ndarray, facing: np.ndarray, own: np.ndarray | None = None) -> np.ndarray:
+def headroom(
+    caster: RayCaster,
+    points: np.ndarray,
+    facing: np.ndarray,
+    own: np.ndarray | None = None,
+    rising: np.ndarray | None = None,
+) -> np.ndarray:
     """How far (N,) it is along ``facing`` to the next surface, at least twice what keeps clear of the own one.
 
-    What is met from behind does not count where it lies in a plane with the place ``own`` (N, 3) m.
+    Where ``rising`` (N,), what is met from behind in a plane with the place ``own`` (N, 3) m does not count.
     """
     start = caster.tolerance(points)
     hits = caster.first_hits(points + start[:, None] * facing, facing)
     free = hits.triangle < 0
-    if own is not None:
+    if rising is not None:
         normals = caster.normals[hits.triangle]
         off = np.abs(np.einsum("ij,ij->i", normals, hits.points - own))
-        free |= (np.einsum("ij,ij->i", normals, facing) > 0) & (off < start)
+        free |= rising & (np.einsum("ij,ij->i", normals, facing) > 0) & (off < start)
     distance = np.linalg.norm(hits.points - points, axis=1)
     return np.where(free, np.inf, np.maximum(distance, 2 * start))

@@ -146,7 +146,8 @@ def visible_discs(
 
     def placed(rows: slice) -> VisibleDiscs:
         normals, radii, up = discs.normals[rows], discs.radii[rows], facing[rows]
-        room = headroom_beside(caster, discs.centres[rows], based[rows], up)
+        beside = None if inward is None else inward[rows]
+        room = headroom_beside(caster, discs.centres[rows], beside, up, based[rows])
         ways = based[rows], up, normals, radii
         lifts, reach = _lifted(caster, *ways, np.minimum(least[rows], 0.5 * room), room, every)
         reach = _filled(reach, radii)

@@ -24,6 +24,7 @@ from .gather.record_light import RecordLight
 from .gather.records import WIDTH, Records, scouted
 from .gatherers.choose import make_gatherer
 from .irradiance import Irradiance
+from .photons.distant_light import wanted_box
 from .photons.emission import lights_of
 from .photons.guiding import learn_guide
 from .photons.light_shares import seen_shares
@@ -200,7 +201,8 @@ def bake(
         reach = max(disc.radius, records.radius if records is not None else 0.0)
         looking = (held.held.stands, held.held.normals) if gathers else (places.origins, normals)
         seen = seen_shares(shining, Shadows(scene, caster), *looking, settings.seed)
-        tracer = PhotonTracer(scene, caster, scene.bounds.expanded(2 * reach), bounces, by_photons, seen)
+        box = wanted_box(looking[0], scene.bounds)
+        tracer = PhotonTracer(scene, caster, scene.bounds.expanded(2 * reach), bounces, by_photons, seen, box)
 
     searches = []
     if kinds:

@@ -11,6 +11,7 @@ from ..errors import NoLightError
 from ..lights.emissive import EmissiveTriangles
 from ..lights.light import Light, Particles
 from ..scene import Scene
+from .distant_light import Beside, Through
 from .emission_guide import Draws, EmissionGuide
 
 
@@ -26,13 +27,19 @@ class Emission:
     """The lamps, the world and the emissive triangles of ``scene``; distant ones shoot at ``bounds``.
 
     Attribute ``flux`` (3,): radiant flux in W of all together; ``natural``: the guide that has learnt nothing, by power
-    and, for a half where it is known, by what is ``seen`` of each light (J,), see light_shares.py. Raises NoLightError
-    when nothing emits.
+    and, for a half where it is known, by what is ``seen`` of each light (J,), see light_shares.py. What distant lights
+    send through a small ``box`` is apart from the rest, see distant_light.py. Raises NoLightError when nothing emits.
     """
 
-    def __init__(self, scene: Scene, bounds: Bounds, seen: np.ndarray | None = None):
+    def __init__(self, scene: Scene, bounds: Bounds, seen: np.ndarray | None = None, box: Bounds | None = None):
         self._bounds = bounds
         lights = lights_of(scene)
+        if box is not None:
+            far = [getattr(light, "distant", False) for light in lights]
+            beside = [Beside(light, box) for light, distant in zip(lights, far, strict=True) if distant]
+            lights = [Through(light, box) if distant else light for light, distant in zip(lights, far, strict=True)]
+            lights += beside
+            seen = None if seen is None else np.append(seen, np.zeros(len(beside)))
         fluxes = np.array([light.flux(bounds) for light in lights]).reshape(-1, 3)
         power = np.abs(fluxes).sum(axis=1)
         shining = np.flatnonzero(power > 0)

@@ -22,11 +22,11 @@ def seen_shares(
 ) -> np.ndarray | None:
     """The part (J,) of each of the ``lights`` in the direct light at ``places`` (N, 3) with ``normals`` (N, 3).
 
-    It is the mean over the places, which all count alike however bright they are: so do their errors. None where there
-    is nothing to choose, no light is seen, or there are too many lights to ask.
+    It is the mean over the places, which all count alike however bright they are: so do their errors. None where no
+    light is seen, or there are too many lights to ask.
     """
     count = min(MOST_PLACES, RAYS // max(len(lights), 1), len(places))
-    if len(lights) < 2 or count < min(LEAST_PLACES, len(places)):
+    if count < min(LEAST_PLACES, len(places)):
         return None
     generator = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(6,)))
     rows = np.sort(generator.permutation(len(places))[:count])

@@ -30,7 +30,7 @@ class PhotonTracer:
     """Traces particles through ``scene`` with its ``caster``; distant lights shoot at ``bounds`` (scene and discs).
 
     ``direct`` tells whether the segments of direct light (bounce 0) are kept, which shadow rays can replace; ``seen``
-    (J,) what places see of each light, see light_shares.py.
+    (J,) what places see of each light, see light_shares.py, and ``box`` where most of them are, see distant_light.py.
 
     Attributes: ``emitted_flux`` (3,), the radiant flux in W of all lights together, and ``guide``, which aims them; at
     first by power and by what is seen alone. Raises NoLightError when nothing emits.
@@ -44,6 +44,7 @@ class PhotonTracer:
         bounces: int,
         direct: bool = True,
         seen: np.ndarray | None = None,
+        box: Bounds | None = None,
     ):
         # Most scenes let no light pass and have no specular surfaces, and then pay nothing for them.
         specular = SpecularSurfaces(scene.specular, scene.corners) if scene.specular is not None else None
@@ -51,9 +52,9 @@ class PhotonTracer:
         transmittance = scene.transmittance if passes else None
         self._bounces = Bounces(caster, scene.albedo, transmittance, specular, bounds, bounces, direct)
         # Indirect light all comes from surfaces: what passes beside them need not be emitted.
-        box = scene.bounds
-        margin = 2 * EMISSION_LIFT * float(caster.tolerance(np.stack([box.lower, box.upper])).max())
-        self._emission = Emission(scene, bounds if direct else box.expanded(margin), seen)
+        whole = scene.bounds
+        margin = 2 * EMISSION_LIFT * float(caster.tolerance(np.stack([whole.lower, whole.upper])).max())
+        self._emission = Emission(scene, bounds if direct else whole.expanded(margin), seen, box)
         self.emitted_flux = self._emission.flux
         self.guide = self._emission.natural
 

@@ -10,6 +10,7 @@ from itertools import product
 import numpy as np
 from detp.core.lights.point import PointLight
 from detp.core.lights.sun import SunLight
+from detp.core.lights.world import UniformWorld
 from detp.core.scene import Scene
 from extreme_cases import baked, case
 from rooms import box_quads, scene_of
@@ -135,3 +136,16 @@ def beside(size):
         texts.append(f"{far:g} m: {ratio:.3f}, by its error within {float((error / found).mean()):.3f}")
         fine &= abs(ratio - 1) < 0.05
     return "; ".join(texts), fine
+
+
+@case("a pit of 3 m under sun and sky, ground of 10 km around, or a triangle 100 km away", "E in it as without, to 5 %")
+def pit(size):
+    sides = box_quads((3, 3, 3))[[0, 2, 3, 4, 5]] - (1.5, 1.5, 3.0)
+    lights = [SunLight((0.2, 0.1, -1), (3.0,) * 3), UniformWorld((0.3,) * 3)]
+    points, means = corners_of(sides), []
+    away = np.array([[(1e5, 0, 0), (1e5 + 1, 0, 0), (1e5, 1, 0), (1e5, 1, 0)]])
+    for others in (np.zeros((0, 4, 3)), grid(1e4, 4, (5002, 0)), away):
+        result = light(np.concatenate([sides, others]), lights, np.eye(3), 1.0, points, 0.5, error=0.02)
+        means.append(result.irradiance.mean())
+    off = np.abs(np.array(means[1:]) / means[0] - 1)
+    return f"off by {off[0]:.3f} and {off[1]:.3f}", bool((off < 0.05).all())

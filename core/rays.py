@@ -28,10 +28,13 @@ NEAREST = 1 / 16
 LONGEST = 1.0
 
 #: Triangles that are drawn back are so by no more and no less than so many tolerances.
-MOST_BACK, LEAST_BACK = 64, 4
+MOST_BACK, LEAST_BACK = 32, 4
 
 #: How often triangles are halved at most, and how many pieces there may be beyond as many as there are triangles.
 MOST_HALVINGS, MOST_PIECES = 80, 1 << 20
+
+#: Nearly all places lie within so many times the usual distance, if they are one scene and no stray parts of another.
+MOST_OF_ALL = 4.0
 
 #: What is so many tolerances farther than asked for belongs to it.
 REACH_BEYOND = 16
@@ -56,8 +59,8 @@ class RayCaster:
     """Casts rays at triangles (T, 3 corners, 3), metres, which stay in the attribute ``corners``.
 
     It is most exact in the middle of the places ``around`` (K, 3) m, of the corners themselves by default: what lies
-    far from most of them makes nothing else coarse. Attributes ``centre`` (3,), that middle, and ``radius``, metres, of
-    a ball around it that holds all triangles. With ``back`` (T,) metres triangles are drawn back behind themselves, see
+    far from most of them makes nothing else coarse. Attributes ``centre`` (3,), that middle, and in metres ``radius`` of
+    a ball around it that holds all triangles, and ``size`` of one that holds most of the places. With ``back`` (T,) metres triangles are drawn back behind themselves, see
     :meth:`drawn_back`, so that two that lie exactly on each other have an order.
     """
 
@@ -70,6 +73,7 @@ class RayCaster:
         self.radius = float(all_of_them.max())
         usual = (float(np.median(_lengths(around - self.centre))), float(np.median(all_of_them)), self.radius, 1.0)
         self._usual = next(length for length in usual if length > 0)
+        self.size = MOST_OF_ALL * self._usual
         # Products of the largest and of the smallest coordinates stay within what float32 can tell.
         self._scale = 1.0 / np.sqrt(self._usual * max(self.radius, self._usual))
         self._parts: dict[bytes, RayCaster] = {}

@@ -17,7 +17,7 @@ STEP = 0.002
 
 #: But from no more than so many of the caster's tolerances, about 1/8192 of the distance from the middle of all, so
 #: that points that stand in other geometry do not come out of it, and at least from so many.
-MOST_STEP, LEAST_STEP = 512, 2
+MOST_STEP, LEAST_STEP = 256, 2
 
 #: Where that least is more than this share of a face's size, its light is coarse.
 COARSE = 0.1

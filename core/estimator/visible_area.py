@@ -31,7 +31,7 @@ NUDGE = 0.01
 
 #: But by no more than so many of the caster's tolerances, about 1/2048 of the distance from the middle of the scene:
 #: where a disc is as large as the scene, light does not come nearer by a hundredth of that.
-MOST_NUDGE = 2048
+MOST_NUDGE = 1024
 
 #: Higher lifts, in radii, that are tried while each shows GAIN times the area of the one before: inside a hollow, where
 #: the tangent plane lies behind the surface, a disc must be lifted by its sagitta.

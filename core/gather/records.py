@@ -131,8 +131,7 @@ class Records:
     def __init__(self, caster: RayCaster, landings: Landings, points: int, seed: int, finest: float | None = None):
         if finest is None:
             finest = _affordable(caster, landings, points)
-        # From where no surface is likely to lie, on which rounding would tell the cell.
-        self._cells = Cells(caster.centre - caster.radius, finest)
+        self._cells = Cells(_corner(caster), finest)
         # What only rays see that are followed on is no part of what is seen from afar.
         landings = landings.taken(np.flatnonzero(landings.lengths > 0.5 * self.near))
         order = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(5,))).permutation(len(landings.lengths))
@@ -173,14 +172,21 @@ def _numbers(cells: Cells, landings: Landings) -> np.ndarray:
     return cells.numbers(landings.places, landings.normals, cells.levels(landings.lengths))
 
 
+def _corner(caster: RayCaster) -> np.ndarray:
+    """From where (3,) cells are counted: no surface is likely to lie there, on which rounding would tell the cell."""
+    box = Bounds.of(caster.corners.reshape(-1, 3))
+    return box.centre - box.radius
+
+
 def _affordable(caster: RayCaster, landings: Landings, points: int) -> float:
     """Sides of the smallest cells, metres, such that hardly any rays are too short, and cells are not too many."""
     if len(landings.lengths) == 0:
         return caster.radius
     most = int(np.clip(CELLS_PER_POINT * points, LEAST_CELLS, MOST_CELLS))
     finest = max(float(np.quantile(landings.lengths, SHORT)) / NEAR, _photons_allow(landings))
+    corner = _corner(caster)
     while finest < caster.radius:
-        cells = Cells(caster.centre - caster.radius, finest)
+        cells = Cells(corner, finest)
         seen = landings.lengths > 0.5 * NEAR * finest
         if len(np.unique(_numbers(cells, landings)[seen])) <= most:
             break

@@ -16,7 +16,7 @@ from .triangle_geometry import cross, determinant, dots, safe_unit
 _ASIDE = 0.002
 
 #: the least of it in tolerances of the rays, if that is no more than this share of the way, and at any rate
-_LEAST, _MOST_ASIDE, _LEAST_ASIDE = 256, 0.06, 8
+_LEAST, _MOST_ASIDE, _LEAST_ASIDE = 128, 0.06, 8
 
 #: Surfaces are drawn back behind themselves by this share of their height as triangles at most. What lies within so
 #: many times as far of one touches it.

@@ -59,9 +59,11 @@ class RayCaster:
     """Casts rays at triangles (T, 3 corners, 3), metres, which stay in the attribute ``corners``.
 
     It is most exact in the middle of the places ``around`` (K, 3) m, of the corners themselves by default: what lies
-    far from most of them makes nothing else coarse. Attributes ``centre`` (3,), that middle, and in metres ``radius`` of
-    a ball around it that holds all triangles, and ``size`` of one that holds most of the places. With ``back`` (T,) metres triangles are drawn back behind themselves, see
-    :meth:`drawn_back`, so that two that lie exactly on each other have an order.
+    far from most of them makes nothing else coarse. With ``back`` (T,) metres triangles are drawn back behind
+    themselves, see :meth:`drawn_back`, so that two that lie exactly on each other have an order.
+
+    Attributes ``centre`` (3,), that middle, and in metres ``radius`` of a ball around it that holds all triangles, and
+    ``size`` of one that holds most of the places.
     """
 
     def __init__(self, corners: np.ndarray, around: np.ndarray | None = None, back: np.ndarray | None = None):

@@ -13,6 +13,8 @@ import numpy as np
 
 from .checks import float_rows, unit_rows
 from .direct.direct_light import DirectLight
+from .direct.shadows import Shadows
+from .direct.stands import Stands
 from .discs import TangentDiscs
 from .errors import NoMeshError
 from .estimator.enclosure import hidden_points
@@ -23,8 +25,10 @@ from .gather.record_light import RecordLight
 from .gather.records import WIDTH, Records, scouted
 from .gatherers.choose import make_gatherer
 from .irradiance import Irradiance
+from .photons.distant_light import wanted_box
 from .photons.emission import lights_of
 from .photons.guiding import learn_guide
+from .photons.light_shares import seen_shares
 from .photons.photon_light import PhotonLight, PhotonSearch
 from .photons.tracing import PhotonTracer
 from .radius import Disc, check_radius, chosen_disc
@@ -35,6 +39,9 @@ from .settings import BakeSettings
 from .stopwatch import Stopwatch
 
 Result = TypeVar("Result")
+
+#: Components of normals that differ by less are the same.
+SAME = 1e-5
 
 #: Particles whose segments tell which gatherer is the fastest.
 PILOT_PHOTONS = 1 << 11
@@ -60,6 +67,7 @@ class BakeResult:
     indirect      irradiance after at least one reflection or refraction; what was not asked for is zero
     seen          all light, with the errors that are left where it is shown
     hidden        (N,) points that no light can reach because they are buried in other geometry: nothing is known there
+    coarse        (N,) points on faces too small to be told apart so far from most of the points
     radius        of the discs, metres; 0 as long as none is chosen
     gatherer      name, and ``reason`` for its choice
     photons, segments   how many were traced and gathered
@@ -72,6 +80,7 @@ class BakeResult:
     indirect: Irradiance
     seen: Irradiance
     hidden: np.ndarray
+    coarse: np.ndarray
     radius: float
     gatherer: str
     reason: str
@@ -114,13 +123,15 @@ def bake(
     normals: np.ndarray,
     settings: BakeSettings,
     inward: np.ndarray | None = None,
+    facing: np.ndarray | None = None,
     fit: VertexFit | None = None,
 ) -> Generator[Progress, None, BakeResult]:
     """Estimate the irradiance at points ``centres`` (N, 3) m with unit ``normals`` (N, 3), step by step.
 
     ``inward`` (N, 3) metres leads from points on an edge into their own faces (estimator/visible_area.py); None when
-    all points lie inside faces. Values that a ``fit`` makes of the light at the points are to have the error asked for;
-    without one, the points themselves.
+    all points lie inside faces. ``facing`` (N, 3) are the unit normals of the faces, where ``normals`` are those that
+    they are shaded by: rays start, and light arrives, before the face; None where they are the same. Values that a
+    ``fit`` makes of the light at the points are to have the error asked for; without one, the points themselves.
 
     Yields a Progress often (a user interface calls next() between redraws; closing the generator cancels) and
     returns a BakeResult. Memory is bounded by the batch. Raises NoMeshError without points, NoLightError without
@@ -138,9 +149,10 @@ def bake(
         check_radius(settings.radius, scene)
     yield Progress("Placing the points", 0.0)
     with stopwatch("place"):
-        caster = RayCaster(scene.corners)
+        caster = RayCaster(scene.corners, centres)
     before = stopwatch.seconds["place"]
-    finding = plain_standpoints(caster, centres, normals) if plain else standpoints(caster, centres, normals, inward)
+    faces = normals if facing is None else unit_rows(facing, "normals of faces", len(centres))
+    finding = plain_standpoints(caster, centres, faces) if plain else standpoints(caster, centres, faces, inward)
     places = Standpoints.joined((yield from _gathered("Placing the points", stopwatch.timed("place", finding))))
     standing = stopwatch.seconds["place"] - before
 
@@ -148,7 +160,8 @@ def bake(
     lights = shining if settings.direct_by == "shadow-rays" else []
     rays, by_rays = None, Irradiance.dark(len(centres))
     if lights or gathers:
-        rays = DirectLight(scene, caster, places.origins, normals, settings, lights, places.enclosed)
+        stands = Stands(centres, places.origins, None if np.allclose(faces, normals, 0, SAME) else faces)
+        rays = DirectLight(scene, caster, stands, normals, settings, lights, places.enclosed)
     if lights:
         # Direct light first: it needs no disc, and is what a user sees soonest.
         for _ in stopwatch.timed("shadow", rays.rounds(0, first_rounds(rays, settings, start))):
@@ -166,10 +179,10 @@ def bake(
     records = None
     if gathers:
         with stopwatch("place"):
-            landings = scouted(scene, caster, places.origins, normals, settings.seed)
+            landings = scouted(scene, caster, places.origins, faces, settings.seed)
             side = None if settings.radius is None else settings.radius / WIDTH
-            made = Records(caster, landings, len(centres), settings.seed, side)
-            records = RecordLight(scene, caster, made, settings, shining, by_photons)
+            held = Records(caster, landings, len(centres), settings.seed, side)
+            records = RecordLight(scene, caster, held, settings, shining, by_photons)
         gathers = len(records) > 0
     if gathers:
         yield Progress("Placing the records", 0.0)
@@ -191,7 +204,10 @@ def bake(
     with stopwatch("trace"):
         bounces = settings.bounces if settings.indirect_by != "off" else 0
         reach = max(disc.radius, records.radius if records is not None else 0.0)
-        tracer = PhotonTracer(scene, caster, scene.bounds.expanded(2 * reach), bounces, by_photons)
+        looking = (held.held.stands, held.held.normals) if gathers else (places.origins, normals)
+        seen = seen_shares(shining, Shadows(scene, caster), *looking, settings.seed)
+        box = wanted_box(looking[0], scene.bounds)
+        tracer = PhotonTracer(scene, caster, scene.bounds.expanded(2 * reach), bounces, by_photons, seen, box)
 
     searches = []
     if kinds:
@@ -199,7 +215,7 @@ def bake(
         if plain:
             placing = whole_discs(discs)
         else:
-            placing = visible_discs(caster, discs, inward, look_in_every(settings, standing, start))
+            placing = visible_discs(caster, discs, inward, look_in_every(settings, standing, start), faces)
         placed = VisibleDiscs.joined((yield from _gathered("Placing the discs", stopwatch.timed("place", placing))))
         searches = [PhotonSearch(kind, placed) for kind in kinds]
     covered = placed.area.hidden if kinds else np.zeros(len(centres), bool)
@@ -227,6 +243,7 @@ def bake(
             indirect=indirect,
             seen=light if fit is None else fit.seen(light, hidden, mended[0]),
             hidden=hidden,
+            coarse=places.coarse,
             radius=disc.radius if kinds else records.radius if records is not None else 0.0,
             gatherer=names[0],
             reason=names[1],
@@ -310,6 +327,7 @@ def _only_direct(
         indirect=indirect,
         seen=light + indirect,
         hidden=hidden_points(np.zeros_like(places.enclosed), places.enclosed, light.value),
+        coarse=places.coarse,
         radius=0.0,
         gatherer="none",
         reason="No photons were searched.",

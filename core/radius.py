@@ -26,7 +26,7 @@ PILOT_POINTS = 2000
 #: Indirect light alone may have this many times the target error, so that it is smooth where no direct light hides it.
 INDIRECT_ALLOWANCE = 2.0
 
-#: Radius of the pilot's discs, a share of the scene's.
+#: Radius of the pilot's discs, a share of the scene's, or of its part where most points are.
 PILOT_SHARE = 0.05
 
 #: The automatic radius stays within these shares of the scene's radius: below, rounding would show; above, the smallest
@@ -77,7 +77,7 @@ def chosen_disc(
     target. ``centres`` and ``normals`` are (N, 3); ``kinds`` of light are looked for at the discs.
     """
     start = time.perf_counter()
-    size = scene.bounds.radius
+    size = min(scene.bounds.radius, caster.size)
     pilot_radius = PILOT_SHARE * size
     if not kinds:
         return Disc(pilot_radius, 0)

@@ -10,17 +10,34 @@ import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
-from .bounds import Bounds
 from .parallel import ordered_map, slices
 from .triangles import normals_and_areas
 
 #: Rays in one call to Embree: long enough to hide the call, short enough to share among threads.
 RAYS_PER_SLICE = 1 << 15
 
-#: Share of the scene's radius by which origins are lifted off a surface. Embree sees the scene in float32, centred
-#: and scaled to radius 1, where coordinates are exact to 2^-24; a ray that starts 32 of these steps away does not
-#: hit its own triangle again, even at grazing angles.
-RELATIVE_TOLERANCE = 2.0**-19
+#: Share of a place's distance from the caster's centre by which origins are lifted off a surface there. Embree has
+#: coordinates from that centre in float32, exact to 2^-25 of their size, of origins as of what they meet.
+ROUNDING = 2.0**-22
+
+#: The centre itself counts as so far away from it, a share of what is usual of the places that matter.
+NEAREST = 1 / 16
+
+#: Embree gets triangles in pieces no longer than this share of their distance from the centre, counted likewise: on
+#: which side of a triangle a place lies is only as exact as the triangle is small.
+LONGEST = 1.0
+
+#: Triangles that are drawn back are so by no more and no less than so many tolerances.
+MOST_BACK, LEAST_BACK = 32, 4
+
+#: How often triangles are halved at most, and how many pieces there may be beyond as many as there are triangles.
+MOST_HALVINGS, MOST_PIECES = 80, 1 << 20
+
+#: Nearly all places lie within so many times the usual distance, if they are one scene and no stray parts of another.
+MOST_OF_ALL = 4.0
+
+#: What is so many tolerances farther than asked for belongs to it.
+REACH_BEYOND = 16
 
 #: Farther than anything in the scaled scene, and finite in float32.
 FAR = 1e30
@@ -41,38 +58,67 @@ class Hits:
 class RayCaster:
     """Casts rays at triangles (T, 3 corners, 3), metres, which stay in the attribute ``corners``.
 
-    Attribute ``tolerance``, metres: origins must be at least so far off a surface not to hit it again, and a hit is
-    exact to about that distance. Embree sees the scene less ``centre`` (3,), times ``scale``. ``edged`` (T, 9) are a
-    corner of each triangle and the two edges from it.
+    It is most exact in the middle of the places ``around`` (K, 3) m, of the corners themselves by default: what lies
+    far from most of them makes nothing else coarse. With ``back`` (T,) metres triangles are drawn back behind
+    themselves, see :meth:`drawn_back`, so that two that lie exactly on each other have an order.
+
+    Attributes ``centre`` (3,), that middle, and in metres ``radius`` of a ball around it that holds all triangles, and
+    ``size`` of one that holds most of the places.
     """
 
-    def __init__(self, corners: np.ndarray):
-        bounds = Bounds.of(corners.reshape(-1, 3))
-        self.corners = corners
-        self.centre = bounds.centre
-        self.scale = 1.0 / bounds.radius if bounds.radius > 0 else 1.0
-        self.tolerance = RELATIVE_TOLERANCE / self.scale
-        first = corners[:, :1]
-        self.edged = np.concatenate([first, corners[:, 1:] - first], axis=1).reshape(-1, 9)
+    def __init__(self, corners: np.ndarray, around: np.ndarray | None = None, back: np.ndarray | None = None):
+        places = corners.reshape(-1, 3)
+        around = places if around is None or len(around) == 0 else around
+        self.corners, self._back = corners, back
+        self.centre = np.median(around, axis=0)
+        all_of_them = _lengths(places - self.centre)
+        self.radius = float(all_of_them.max())
+        usual = (float(np.median(_lengths(around - self.centre))), float(np.median(all_of_them)), self.radius, 1.0)
+        self._usual = next(length for length in usual if length > 0)
+        self.size = MOST_OF_ALL * self._usual
+        # Products of the largest and of the smallest coordinates stay within what float32 can tell.
+        self._scale = 1.0 / np.sqrt(self._usual * max(self.radius, self._usual))
         self._parts: dict[bytes, RayCaster] = {}
         self._commit()
 
     def _commit(self) -> None:
-        local = ((self.corners - self.centre) * self.scale).astype(np.float32)
+        pieces, owner = _pieces(self.corners, self.centre, NEAREST * self._usual)
+        # The last one stands for no piece.
+        self._owner = np.append(owner, -1)
+        if self._back is not None:
+            far = self.drawn_back(np.repeat(owner, 3), pieces.reshape(-1, 3)).reshape(-1, 3, 1)
+            pieces = pieces - far * self.normals[owner, None]
+        first = pieces[:, :1]
+        # A corner of each piece and the two edges from it, from which hit points are made.
+        self._edged = np.concatenate([first, pieces[:, 1:] - first], axis=1).reshape(-1, 9)
+        local = ((pieces - self.centre) * self._scale).astype(np.float32)
         self._embree = EmbreeScene()
         self._mesh = TriangleMesh(self._embree, np.ascontiguousarray(local))
         # The first call commits the scene, which must not happen in several threads at once.
         self._embree.run(np.zeros((1, 3), np.float32), np.array([[0, 0, 1]], np.float32))
 
     def part(self, triangles: np.ndarray) -> RayCaster:
-        """The same, ``centre`` and ``scale`` too, of some ``triangles`` (at least one row) alone; made once."""
+        """The same, as exact, of some ``triangles`` (at least one row) alone; made once."""
         key = triangles.tobytes()
         if key not in self._parts:
             part = self._parts[key] = copy(self)
             part.__dict__.pop("normals", None)
-            part.corners, part.edged, part._parts = self.corners[triangles], self.edged[triangles], {}
+            part.corners, part._parts = self.corners[triangles], {}
+            part._back = None if self._back is None else self._back[triangles]
             part._commit()
         return self._parts[key]
+
+    def tolerance(self, places: np.ndarray) -> np.ndarray:
+        """Metres (K,) that origins must at least be off a surface at ``places`` (K, 3) m not to hit it again.
+
+        Hits there are exact to about that distance.
+        """
+        return ROUNDING * (_sums(np.abs(places - self.centre)) + NEAREST * self._usual)
+
+    def drawn_back(self, triangle: np.ndarray, places: np.ndarray) -> np.ndarray:
+        """Metres (K,) by which each ``triangle`` (K,) is drawn back at one of the ``places`` (K, 3) m."""
+        tolerance = self.tolerance(places)
+        return np.clip(self._back[triangle], LEAST_BACK * tolerance, MOST_BACK * tolerance)
 
     @cached_property
     def normals(self) -> np.ndarray:
@@ -87,7 +133,7 @@ class RayCaster:
         Hit points come from the triangle's float64 corners and Embree's barycentric coordinates, which stays exact
         for needles and at grazing angles, where origin + distance * direction does not (Waechter and Binder 2019).
         """
-        reach = np.full(len(origins), FAR, np.float32) if distances is None else self._reach(distances)
+        reach = self._reach(origins, distances)
         parts = slices(len(origins), RAYS_PER_SLICE)
         if len(parts) <= 1:
             return Hits(*self._cast(origins, directions, reach))
@@ -103,25 +149,63 @@ class RayCaster:
         return np.concatenate(list(found))
 
     def _blocked(self, origins, directions, distances):
-        reach = np.minimum(distances * self.scale, FAR).astype(np.float32)
+        reach = np.minimum(distances * self._scale, FAR).astype(np.float32)
         return self._embree.run(self._local(origins), directions.astype(np.float32), reach, query="OCCLUDED") == 0
 
-    def _reach(self, distances: np.ndarray) -> np.ndarray:
-        """A little more than ``distances`` in the scaled scene: what rounding might leave out belongs to it."""
-        return np.minimum(distances * (1.0001 * self.scale) + 16 * RELATIVE_TOLERANCE, FAR).astype(np.float32)
+    def _reach(self, origins: np.ndarray, distances: np.ndarray | None) -> np.ndarray:
+        """A little more than ``distances`` in Embree's scale: what rounding might leave out belongs to it."""
+        if distances is None:
+            return np.full(len(origins), FAR, np.float32)
+        reach = 1.0001 * distances + REACH_BEYOND * self.tolerance(origins)
+        return np.minimum(reach * self._scale, FAR).astype(np.float32)
 
     def _cast(self, origins, directions, reach):
         # Embree overwrites the distances that it is given.
-        result = self._embree.run(self._local(origins), directions.astype(np.float32), reach.copy(), output=1)
-        triangle = result["primID"].astype(np.int64)
-        # Of rays that meet nothing the last triangle's: any is as good.
-        edged = self.edged.take(triangle, axis=0, mode="wrap")
-        points = np.empty((len(triangle), 3))
+        result = self._embree.run(self._local(origins), directions.astype(np.float32), reach, output=1)
+        # Of rays that meet nothing the last piece: any is as good.
+        piece = result["primID"].astype(np.int64)
+        edged = self._edged.take(piece, axis=0, mode="wrap")
+        points = np.empty((len(piece), 3))
         for axis in range(3):
             points[:, axis] = edged[:, axis] + result["u"] * edged[:, 3 + axis] + result["v"] * edged[:, 6 + axis]
-        return triangle, points
+        return self._owner.take(piece, mode="wrap"), points
 
     def _local(self, origins):
         local = origins - self.centre
-        local *= self.scale
+        local *= self._scale
         return np.clip(local, -FAR, FAR, out=local).astype(np.float32)
+
+
+def _pieces(corners: np.ndarray, centre: np.ndarray, nearest: float) -> tuple[np.ndarray, np.ndarray]:
+    """Pieces (P, 3, 3) of the triangles ``corners`` (T, 3, 3) whose edges are short beside their distance from the
+    ``centre`` (3,), and the triangle (P,) of each. Distances count ``nearest`` metres more.
+
+    Edges that are too long are halved in both their triangles, so that there are no gaps.
+    """
+    pieces, owner, done = corners, np.arange(len(corners)), []
+    for _ in range(MOST_HALVINGS):
+        following = np.roll(pieces, -1, axis=1)
+        lengths = np.linalg.norm(following - pieces, axis=2)
+        beside = np.maximum(np.minimum(pieces, following) - centre, centre - np.maximum(pieces, following))
+        long = lengths > LONGEST * (np.maximum(beside, 0.0).max(axis=2) + nearest)
+        rows = np.flatnonzero(long.any(axis=1))
+        if len(rows) == 0 or 2 * len(rows) > MOST_PIECES:
+            break
+        kept = np.flatnonzero(~long.any(axis=1))
+        done.append((pieces[kept], owner[kept]))
+        edge = np.where(long[rows], lengths[rows], 0.0).argmax(axis=1)
+        a, b, c = (pieces[rows, (edge + step) % 3] for step in range(3))
+        middle = 0.5 * (a + b)
+        pieces = np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
+        owner = np.tile(owner[rows], 2)
+    done.append((pieces, owner))
+    return tuple(map(np.concatenate, zip(*done, strict=True)))
+
+
+def _lengths(vectors: np.ndarray) -> np.ndarray:
+    return np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
+
+
+def _sums(rows: np.ndarray) -> np.ndarray:
+    """Sums (K,) of three columns (K, 3); NumPy is slow along so short an axis."""
+    return rows[:, 0] + rows[:, 1] + rows[:, 2]

@@ -228,7 +228,7 @@ def _first(sentences: list[str], shown: int = 3) -> list[str]:
 class _Points:
     """The points whose light gives the colours of some targets.
 
-    centres, normals, inward   (N, 3) as the core's bake takes them
+    centres, normals, facing, inward   (N, 3) as the core's bake takes them
     covered                    (N,) whether another face lies against that of the point
     shown                      (N,) the value, or one of those, that shows the light of the point
     fit                        makes the colours' values of their light; None where each point is a value
@@ -237,6 +237,7 @@ class _Points:
 
     centres: np.ndarray
     normals: np.ndarray
+    facing: np.ndarray
     inward: np.ndarray
     covered: np.ndarray
     shown: np.ndarray
@@ -273,7 +274,7 @@ def _points_of(targets: list[BakeTarget], export: ExportedScene) -> tuple[list[B
         faces, kept = shown.faces.of_values(used)
         places, rows = shown.places.on(kept)
         fit, numbers = VertexFit(faces, places), faces.values[places.triangle, 0]
-    given = export.centres, export.normals, export.inward, export.covered
+    given = export.centres, export.normals, export.facing, export.inward, export.covered
     return moved, _Points(*(part[rows] for part in given), numbers, fit, kept)
 
 
@@ -318,7 +319,8 @@ def _bake_steps(
         left = settings.seconds - reading - WRITING * len(points.centres)
         settings = replace(settings, seconds=max(left, LEAST_SECONDS))
     try:
-        result = yield from bake(surfaces, points.centres, points.normals, settings, points.inward, points.fit)
+        places = points.centres, points.normals
+        result = yield from bake(surfaces, *places, settings, points.inward, points.facing, points.fit)
     except NoLightError as error:
         raise NoLightError(why_no_light(scene, export.warnings) or str(error)) from None
     yield Progress("Writing the colours", 1.0, result)
@@ -353,7 +355,8 @@ def _turned_away(targets: list[BakeTarget], scene: Scene, points: _Points, resul
     if not names or dark.all():
         return []
     every = np.concatenate(asked)
-    behind = lit_behind(scene, points.centres[every], points.normals[every], points.inward[every])
+    asked_at = (part[every] for part in (points.centres, points.normals, points.facing, points.inward))
+    behind = lit_behind(scene, *asked_at)
     usual = np.median(np.abs(result.irradiance[~dark]).sum(axis=1))
     lit = [part.mean() > LIT_BEHIND * usual for part in np.split(behind, np.cumsum([len(own) for own in asked])[:-1])]
     names = [name for name, is_lit in zip(names, lit, strict=True) if is_lit]
@@ -406,6 +409,11 @@ def _doubts(result: BakeResult, settings: BakeSettings, stopped: bool, vertices:
         doubts.append(
             f"The error of {settings.target_error:.1%} that was aimed at was not reached with "
             f"{counted(result.photons, 'photon')}: {remedy}, or choose a larger error."
+        )
+    if result.coarse.any():
+        doubts.append(
+            f"{counted(int(result.coarse.sum()), 'point')} of {len(result.coarse)} lie on faces so small, and so far "
+            f"from most of what is baked, that rounding tells in their light: bake them alone, or move them nearer."
         )
     if not result.irradiance.any():
         doubts.append(why_dark(vertices, result.photons))

@@ -8,6 +8,7 @@ import bpy
 import numpy as np
 
 from ..core.direct.direct_light import DirectLight
+from ..core.direct.stands import Stands
 from ..core.estimator.standpoints import Standpoints, standpoints
 from ..core.photons.emission import lights_of
 from ..core.photons.tracing import PhotonTracer
@@ -34,10 +35,11 @@ def load_study_scene(name: str, path: Path, segments: int) -> StudyScene:
     with blender_silenced():
         open_blend(path)
         export = read_scene(bpy.context.scene, bpy.context.view_layer, None, "CORNER")
-    caster = RayCaster(export.scene.corners)
+    caster = RayCaster(export.scene.corners, export.centres)
     settings = BakeSettings(quality="preview")
-    places = Standpoints.joined(list(standpoints(caster, export.centres, export.normals, export.inward)))
-    direct = DirectLight(export.scene, caster, places.origins, export.normals, settings, lights_of(export.scene))
+    places = Standpoints.joined(list(standpoints(caster, export.centres, export.facing, export.inward)))
+    stands = Stands(export.centres, places.origins, export.facing)
+    direct = DirectLight(export.scene, caster, stands, export.normals, settings, lights_of(export.scene))
     for _ in direct.rounds(0, FIRST_ROUNDS):
         pass
     disc = chosen_disc(

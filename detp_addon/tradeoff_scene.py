@@ -133,7 +133,7 @@ def _hidden(scene, layer, names: list[str]) -> tuple[np.ndarray, float]:
     """Whether (C,) a bake would fill each corner from its neighbours, and the radius of its discs."""
     export = read_scene(scene, layer, [bpy.data.objects[name] for name in names], "CORNER")
     settings = BakeSettings("draft", photons=FEW_PHOTONS)
-    steps = bake(export.scene, export.centres, export.normals, settings, export.inward)
+    steps = bake(export.scene, export.centres, export.normals, settings, export.inward, export.facing)
     result = finished(steps)
     hidden = result.hidden | (export.covered & unlit(result.irradiance))
     rows = {target.object_name: target.point_rows for target in export.targets}

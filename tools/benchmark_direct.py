@@ -54,7 +54,7 @@ def opened(path: Path, count: int):
     scene, layer = bpy.context.scene, bpy.context.view_layer
     export = read_scene(scene, layer, chosen_objects(scene, layer, "visible"), "CORNER")
     caster = RayCaster(export.scene.corners)
-    places = Standpoints.joined(list(standpoints(caster, export.centres, export.normals, export.inward)))
+    places = Standpoints.joined(list(standpoints(caster, export.centres, export.facing, export.inward)))
     free = np.flatnonzero(~places.enclosed)
     rows = np.sort(np.random.default_rng(3).permutation(free)[:count])
     return export.scene, caster, places.origins[rows], export.normals[rows]

@@ -55,7 +55,7 @@ def loaded(path: Path) -> Scene:
 def rates(scene: Scene, traces: int, direct: bool) -> tuple[float, float, float]:
     """Rays per second of tracing and of Embree alone, and rays per particle."""
     caster = RayCaster(scene.corners)
-    bounds = scene.bounds.expanded(16 * caster.tolerance)
+    bounds = scene.bounds.expanded(1e-4 * scene.bounds.radius)
     tracer = PhotonTracer(scene, caster, bounds, 64, direct)
     near, towards = rays_of(caster, PhotonTracer(scene, caster, bounds, 64))
     embree = EmbreeScene()
@@ -89,7 +89,7 @@ def rays_of(caster: RayCaster, tracer: PhotonTracer) -> tuple[np.ndarray, np.nda
 
 def as_embree_sees(caster: RayCaster, points: np.ndarray) -> np.ndarray:
     """``points`` (..., 3) m centred and scaled as in core/rays.py."""
-    return np.ascontiguousarray(((points - caster.centre) * caster.scale).astype(np.float32))
+    return np.ascontiguousarray(((points - caster.centre) / caster.radius).astype(np.float32))
 
 
 if __name__ == "__main__":

@@ -46,7 +46,9 @@ def main() -> int:
     exported = read_scene(bpy.context.scene, bpy.context.view_layer, targets, "CORNER")
     names = ("quality", "error", "photons", "radius", "gatherer", "estimator", "direct", "seed")
     settings = BakeSettings(**{name: getattr(arguments, name) for name in names})
-    result = finished(bake(exported.scene, exported.centres, exported.normals, settings, exported.inward))
+    result = finished(
+        bake(exported.scene, exported.centres, exported.normals, settings, exported.inward, exported.facing)
+    )
     clear = away_from_edges(exported, result.radius)
     reliable = np.full(len(exported.centres), True) if arguments.every_corner else ~on_other_surfaces(exported)
 
@@ -109,8 +111,9 @@ def away_from_edges(exported, radius: float) -> np.ndarray:
     """Whether (N,) each point lies at least two radii from concave edges, and nothing lies on it."""
     caster = RayCaster(exported.scene.corners)
     first, second = frames(exported.normals)
-    origins = exported.centres + max(0.01 * radius, 4 * caster.tolerance) * exported.normals
-    hits = caster.first_hits(exported.centres + 4 * caster.tolerance * exported.normals, exported.normals)
+    tolerance = caster.tolerance(exported.centres)[:, None]
+    origins = exported.centres + np.maximum(0.01 * radius, 4 * tolerance) * exported.normals
+    hits = caster.first_hits(exported.centres + 4 * tolerance * exported.normals, exported.normals)
     clear = (hits.triangle < 0) | (np.linalg.norm(hits.points - exported.centres, axis=1) > radius / 2)
     for elevation, distance in ((0, 2 * radius), (30, radius / 2), (60, radius / 2)):
         rise, level = np.sin(np.radians(elevation)), np.cos(np.radians(elevation))

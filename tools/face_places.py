@@ -113,8 +113,8 @@ def means(values: np.ndarray, groups: np.ndarray, count: int) -> np.ndarray:
 
 def seen(caster: RayCaster, positions: np.ndarray, facing: np.ndarray) -> np.ndarray:
     """Whether (K,) somebody could see ``positions`` (K, 3) in metres on faces with normals ``facing`` (K, 3)."""
-    radius = 1.0 / caster.scale
-    off = np.maximum(clearance(positions - caster.centre, 1e-3 * radius), 4 * caster.tolerance)
+    radius = caster.radius
+    off = np.maximum(clearance(positions - caster.centre, 1e-3 * radius), 4 * caster.tolerance(positions))
     origins = positions + off[:, None] * facing
     reach, free = np.full(len(positions), ROOM * radius), np.zeros(len(positions))
     generator = np.random.default_rng(0)

@@ -168,7 +168,7 @@ def baked(enclosure: Furnace, estimator: str, radius: float | None, photons: int
     exported = enclosure.exported
     # What shines here is known to photons alone.
     settings = BakeSettings("final", photons, radius, estimator=estimator, direct="photons", indirect="photons")
-    steps = bake(exported.scene, exported.centres, exported.normals, settings, exported.inward)
+    steps = bake(exported.scene, exported.centres, exported.normals, settings, exported.inward, exported.facing)
     while True:
         try:
             next(steps)
@@ -211,7 +211,8 @@ def elements(enclosure: Furnace, hidden: np.ndarray, values: np.ndarray, noise: 
 def placed_discs(enclosure: Furnace, radius: float) -> VisibleDiscs:
     exported = enclosure.exported
     discs = TangentDiscs.of_radius(exported.centres, exported.normals, radius)
-    return VisibleDiscs.joined(list(visible_discs(RayCaster(exported.scene.corners), discs, exported.inward)))
+    caster = RayCaster(exported.scene.corners, exported.centres)
+    return VisibleDiscs.joined(list(visible_discs(caster, discs, exported.inward, facing=exported.facing)))
 
 
 def limit(enclosure: Furnace, placed: VisibleDiscs, rays: int, generator: np.random.Generator) -> np.ndarray:

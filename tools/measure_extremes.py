@@ -1,4 +1,4 @@
-"""Writes docs/extremes.md: every case of tests/analytic/extreme_cases.py with more photons, and what came out.
+"""Writes docs/extremes.md: every case of tests/analytic/extreme_cases.py and extent_cases.py with more photons.
 
     python tools/measure_extremes.py [-o docs/extremes.md] [--size 5] [--objects 20000]
 
@@ -17,13 +17,14 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests" / "analytic"))
 
-from extreme_cases import CASES, Case  # noqa: E402 the folder has just been made known
+import extent_cases  # noqa: E402, F401 the folder has just been made known; it adds its cases
+from extreme_cases import CASES, Case  # noqa: E402
 
 HEADING = """# The numerical extremes
 
-Made by `python tools/measure_extremes.py --objects 20000`, which runs the cases of tests/analytic/extreme_cases.py with
-more photons than the tests do. Unless it says otherwise a case bakes with both estimators, and with direct light by
-photons and by shadow rays; *sigma* is the reported standard error.
+Made by `python tools/measure_extremes.py --objects 20000`, which runs the cases of tests/analytic/extreme_cases.py and
+extent_cases.py with more photons than the tests do. Unless it says otherwise a case of the former bakes with both
+estimators, and with direct light by photons and by shadow rays; *sigma* is the reported standard error.
 """
 
 

@@ -28,6 +28,7 @@ from .round_sums import RoundSums
 from .scene_lights import SceneLights
 from .shadows import Shadows
 from .spots import Spots
+from .stands import Stands
 
 #: Rays from each point in one round to the lamps, to each of the surroundings, and by chance; a power of two.
 RAYS_PER_ROUND = 4
@@ -47,7 +48,8 @@ LEARN_AFTER, LEARN_LAST = 4, 64
 
 
 class DirectLight:
-    """Irradiance at ``points`` (N, 3) m, which lie clear of surfaces, with unit ``normals`` (N, 3), by rays from there.
+    """Irradiance at N points with unit ``normals`` (N, 3), by rays from their ``stands``, or places (N, 3) m clear of
+    surfaces that are points and stands at once.
 
     What one ray tells exactly is found once; the rest is the mean over rounds of rays, each of which is an independent
     estimate. Equal seeds give equal results on any number of threads. Surfaces farther than the settings' shadow
@@ -64,16 +66,19 @@ class DirectLight:
         self,
         scene: Scene,
         caster: RayCaster,
-        points: np.ndarray,
+        stands: Stands | np.ndarray,
         normals: np.ndarray,
         settings: BakeSettings,
         lights: Sequence[Light],
         enclosed: np.ndarray | None = None,
     ):
         self._seed = settings.seed
+        stands = stands if isinstance(stands, Stands) else Stands(stands, stands)
+        points = stands.origins
         self._groups = PointGroups.of(points, normals)
         self._enclosed = np.zeros(len(points), bool) if enclosed is None else enclosed[self._groups.order]
-        self._points, self._normals = points[self._groups.order], normals[self._groups.order]
+        self._stands, self._normals = stands.taken(self._groups.order), normals[self._groups.order]
+        self._points = self._stands.origins
         self._shadows, self._reach = Shadows(scene, caster), settings.shadow_distance or np.inf
         self._lights = self._lights_of(lights)
         self._place = np.empty_like(self._groups.order)
@@ -88,7 +93,7 @@ class DirectLight:
         self.done, self.rays = 0, 0
 
     def _lights_of(self, lights: Sequence[Light]) -> SceneLights:
-        near = self._groups, self._points, self._normals
+        near = self._groups, self._stands, self._normals
         return SceneLights(lights, self._shadows, self._reach, RAYS_PER_ROUND, *near)
 
     def gather(self, reflected: ReflectedLight, lights: Sequence[Light]) -> None:
@@ -255,7 +260,8 @@ class DirectLight:
             lit = self._relative_light(rows=rows)
             self._lights.soft.cast(part, rows, points, normals, group, plan[0][rows], generator, sums, lit)
         if self._lights.surroundings.rays_per_round:
-            self._look_around(part, rows, Spots.of(points, normals, group), begin, plan[1][rows], nearby)
+            spots = Spots.of(points, normals, group, self._stands.taken(rows).facing)
+            self._look_around(part, rows, spots, begin, plan[1][rows], nearby)
 
     def _look_around(self, part: slice, rows: slice, spots: Spots, begin: int, rounds: np.ndarray, nearby) -> None:
         guide = None if self._guide is None else self._guide.part(part)

@@ -10,19 +10,24 @@ from ..rays import RayCaster
 from ..scene import Scene
 from ..settings import BakeSettings
 from .direct_light import DirectLight
+from .stands import Stands
 
 #: rounds of shadow rays: enough to tell light from darkness
 ROUNDS = 4
 
 
-def lit_behind(scene: Scene, points: np.ndarray, normals: np.ndarray, inward: np.ndarray) -> np.ndarray:
+def lit_behind(
+    scene: Scene, points: np.ndarray, normals: np.ndarray, facing: np.ndarray, inward: np.ndarray
+) -> np.ndarray:
     """Direct irradiance (N,) W/m^2, RGB sum, at ``points`` (N, 3) on the side against their ``normals`` (N, 3).
 
-    ``inward`` (N, 3) metres leads from points on an edge into their own faces.
+    ``facing`` (N, 3) are the unit normals of their faces, and ``inward`` (N, 3) metres leads from points on an edge
+    into those.
     """
-    caster, backward = RayCaster(scene.corners), -normals
-    places = Standpoints.joined(list(standpoints(caster, points, backward, inward)))
-    light = DirectLight(scene, caster, places.origins, backward, BakeSettings(), lights_of(scene))
+    caster = RayCaster(scene.corners, points)
+    places = Standpoints.joined(list(standpoints(caster, points, -facing, inward)))
+    stands = Stands(points, places.origins, -facing)
+    light = DirectLight(scene, caster, stands, -normals, BakeSettings(), lights_of(scene))
     for _ in light.rounds(0, ROUNDS):
         pass
     return np.abs(light.irradiance.value).sum(axis=1)

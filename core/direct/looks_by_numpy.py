@@ -34,10 +34,9 @@ class LooksByNumPy:
         else:
             rays, column = aim.shadow_rays(look.row, spots.points, uniforms)
         cosine = np.einsum("ij,ij->i", spots.normals, rays.directions)
-        rows = np.flatnonzero((cosine > 0) & rays.shines)
+        rows = np.flatnonzero((cosine > 0) & rays.shines & spots.before(rays.directions))
         directions, cosine = rays.directions[rows], cosine[rows]
-        shadows = self._shadows.between if light.distant else self._shadows
-        through = shadows.transmitted(spots.points[rows], directions, rays.distances[rows])
+        through = self._shadows.of(light).transmitted(spots.points[rows], directions, rays.distances[rows])
         arriving = rays.radiance[rows] * through * cosine[:, None]
         if aim is not None:
             aim.learn(look.row, column, rows, arriving, rays.density[rows])
@@ -69,6 +68,7 @@ class LooksByNumPy:
         found = np.zeros((len(spots), 3))
         sent_on = None if self.reflected is None else np.zeros((len(spots), 6))
         plain, densities = np.zeros(len(spots)), np.zeros(len(spots))
+        before = spots.before(directions)
         for rows, density, radiance in self._met(look, spots.points, directions, sent_on):
             density = density / look.chances
             arriving = radiance * cosine[rows, None]
@@ -76,6 +76,10 @@ class LooksByNumPy:
             if look.seen is not None:
                 plain[rows] += _strength(arriving) / (density + chance[rows])
                 densities[rows] += density
+        if before is not True:
+            for part in (found, plain, sent_on):
+                if part is not None:
+                    part[~before] = 0.0
         if look.seen is not None:
             if sent_on is not None:
                 plain += 0.5 * np.einsum("ij->i", sent_on)

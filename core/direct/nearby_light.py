@@ -21,6 +21,10 @@ LEAST_SHARE = 0.1
 #: Places that are worked on at a time.
 _PLACES_PER_BLOCK = 1 << 14
 
+#: So few lamps are not chosen by what groups know, but at each place by what each would bring, and all alike for a
+#: half: a group in a room and in the sun before it knows little of either.
+FEW_LAMPS = 4
+
 _BELOW_ONE = np.nextafter(1.0, 0.0)
 
 
@@ -105,7 +109,14 @@ class NearbyLight:
         """Rays to lights of one kind, and the probability (K,) of each light among them."""
         if number < len(self.lamps):
             lamps = self.lamps[number]
-            chosen, _, _, probability = self._choice(lamps.learnt).chosen(group, uniforms[:, 0])
+            if lamps.count <= FEW_LAMPS:
+                light = lamps.unshadowed(places, normals)[0]
+                whole = np.maximum(light.sum(axis=1, keepdims=True), np.finfo(float).tiny)
+                shares = (light / whole + 1.0 / lamps.count) / (light.any(axis=1, keepdims=True) + 1.0)
+                column, _ = _chosen(shares, uniforms[:, 0])
+                chosen, probability = lamps.learnt.emitters.order[column], shares[np.arange(len(column)), column]
+            else:
+                chosen, _, _, probability = self._choice(lamps.learnt).chosen(group, uniforms[:, 0])
             return lamps.rays_to(chosen, places, uniforms[:, 1:]), probability
         light = self.surroundings[number - len(self.lamps)]
         if id(light) in self.shining:

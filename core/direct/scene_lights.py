@@ -15,6 +15,7 @@ from .nearby_light import NearbyLight
 from .point_groups import PointGroups
 from .shadows import Shadows
 from .spots import Spots
+from .stands import Stands
 from .surrounding_light import SurroundingLight
 from .triangle_choice import TriangleChoice
 
@@ -23,7 +24,7 @@ MOST_SHARP_LAMPS = 32
 
 
 class SceneLights:
-    """``lights`` for ``points`` (N, 3) with ``normals`` (N, 3), which are in the order of their ``groups``.
+    """``lights`` for points with ``normals`` (N, 3), whose rays start at ``stands``, in the order of their ``groups``.
 
     A round has ``rays`` to lamps, to each of the surroundings, and by chance. Surfaces farther than ``reach`` metres do
     not shade a point from the world.
@@ -39,9 +40,10 @@ class SceneLights:
         reach: float,
         rays: int,
         groups: PointGroups,
-        points: np.ndarray,
+        stands: Stands,
         normals: np.ndarray,
     ):
+        points = stands.origins
         self._groups, self._reach = groups, reach
         self._centres = np.ascontiguousarray(groups.means(points.T).T[groups.start[:-1]])
         self._around = [light for light in lights if hasattr(light, "met")]
@@ -53,8 +55,8 @@ class SceneLights:
         def choice(emitters: Emitters, each: bool = True) -> LearntChoice:
             return LearntChoice(emitters, groups, points, normals, each)
 
-        self.sharp = LampLight(sharp, shadows, 0, choice(Emitters.of_lamps(sharp), False)) if sharp else None
-        self.soft = LampLight(soft, shadows, rays, choice(Emitters.of_lamps(soft))) if soft else None
+        self.sharp = LampLight(sharp, shadows, 0, choice(Emitters.of_lamps(sharp), False), stands) if sharp else None
+        self.soft = LampLight(soft, shadows, rays, choice(Emitters.of_lamps(soft)), stands) if soft else None
         self.surroundings = SurroundingLight(self._around, shadows, reach, rays)
         shining = [light for light in self._around if isinstance(light, EmissiveTriangles)]
         self._shining = [(light, choice(Emitters.of_triangles(light))) for light in shining]

@@ -6,14 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..lights.light import Surroundings
+from ..lights.light import Light, Surroundings, is_world
 from ..rays import RayCaster
 from ..scene import Scene
 from ..sides import any_side
 from .surfaces import Surfaces
 
 #: A ray stops this many tolerances short of the light, which may be a surface of the scene itself.
-STOP_SHORT = 4
+STOP_SHORT = 32
 
 
 class Shadows:
@@ -40,9 +40,13 @@ class Shadows:
         """All surfaces as the light of some of ``lights`` passes them, with those; first, as reflected light does."""
         if self.between is self:
             return [(self.surfaces, list(lights))]
-        near = [light for light in lights if not light.distant]
-        ways = [(self.between.surfaces, [light for light in lights if light.distant])]
+        near = [light for light in lights if not is_world(light)]
+        ways = [(self.between.surfaces, [light for light in lights if is_world(light)])]
         return [*ways, (self.surfaces, near)] if near else ways
+
+    def of(self, light: Light) -> Shadows:
+        """Those that stand for that ``light``."""
+        return self.between if is_world(light) else self
 
     def transmitted(self, origins: np.ndarray, directions: np.ndarray, distances: np.ndarray) -> np.ndarray:
         """Share of the light, RGB 0..1, that comes through: (K, 3), or (K, 1) when no surface lets any pass.
@@ -50,7 +54,7 @@ class Shadows:
         From ``origins`` (K, 3), clear of surfaces by the caster's tolerance, along unit ``directions`` (K, 3) over
         ``distances`` (K,) metres, which may be inf.
         """
-        reach = distances - STOP_SHORT * self._caster.tolerance
+        reach = self._short_of(origins, directions, distances)
         if self._clear is None:
             return ~self._opaque.occluded(origins, directions, reach)[:, None]
         left = np.arange(len(origins))
@@ -61,3 +65,11 @@ class Shadows:
             arrived = hits.triangle < 0
             share[left[rows[arrived]]] = through[arrived]
         return share
+
+    def _short_of(self, origins: np.ndarray, directions: np.ndarray, distances: np.ndarray) -> np.ndarray:
+        """How far (K,) rays go that must not meet the light itself at its ``distances`` (K,)."""
+        if np.isinf(distances).all():
+            return distances
+        near = np.isfinite(distances)
+        ends = origins + np.where(near, distances, 0.0)[:, None] * directions
+        return np.where(near, distances - STOP_SHORT * self._caster.tolerance(ends), distances)

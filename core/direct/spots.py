@@ -19,6 +19,7 @@ class Spots:
     points, normals  (K, 3) m, and unit vectors
     first, second    (K, 3) unit vectors that make a right-handed frame with each normal, much alike within a group
     group            (K,) int64, which of the groups that are worked on together, from 0
+    facing           (K, 3) unit normals of the faces, before which light arrives; None where the normals are
     """
 
     points: np.ndarray
@@ -26,9 +27,10 @@ class Spots:
     first: np.ndarray
     second: np.ndarray
     group: np.ndarray
+    facing: np.ndarray | None = None
 
     @classmethod
-    def of(cls, points: np.ndarray, normals: np.ndarray, group: np.ndarray) -> Spots:
+    def of(cls, points: np.ndarray, normals: np.ndarray, group: np.ndarray, facing: np.ndarray | None = None) -> Spots:
         """With ``group`` (K,) ascending, where every number from 0 to the last occurs."""
         begin = np.flatnonzero(np.diff(group, prepend=-1))
         mean = np.add.reduceat(normals, begin, axis=0)
@@ -38,14 +40,19 @@ class Spots:
         first = common - np.einsum("ij,ij->i", common, normals)[:, None] * normals
         length = np.linalg.norm(first, axis=1)
         first = np.where((length > _ALONG)[:, None], first / np.maximum(length, _ALONG)[:, None], frames(normals)[0])
-        return cls(points, normals, first, np.cross(normals, first), group)
+        return cls(points, normals, first, np.cross(normals, first), group, facing)
 
     def __len__(self) -> int:
         return len(self.points)
 
     def taken(self, rows: np.ndarray) -> Spots:
         """Those ``rows`` alone."""
-        return Spots(*(getattr(self, field.name).take(rows, axis=0) for field in fields(self)))
+        parts = (getattr(self, field.name) for field in fields(self))
+        return Spots(*(part if part is None else part.take(rows, axis=0) for part in parts))
+
+    def before(self, directions: np.ndarray) -> np.ndarray | bool:
+        """Whether (K,) unit ``directions`` (K, 3) lead to the front of each point's face."""
+        return True if self.facing is None else np.einsum("ij,ij->i", self.facing, directions) > 0
 
     def directions(self, uniforms: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Directions (K, 3), cosine-distributed by ``uniforms`` (K, 2), and their cosines (K,) > 0."""

@@ -55,10 +55,10 @@ class Surfaces:
             if len(going) == 0:
                 return
             rows, along = rows.take(going), along.take(going, axis=0)
-            starts = hits.points.take(going, axis=0) + self._past(triangle.take(going), along)
+            starts = self._past(hits.points.take(going, axis=0), triangle.take(going), along)
 
-    def _past(self, triangle: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        """What leads (R, 3) from a hit to just behind the surface."""
+    def _past(self, places: np.ndarray, triangle: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        """The ``places`` (R, 3) of hits, moved just behind the surface."""
         normals = self._caster.normals[triangle]
         side = np.copysign(1.0, np.einsum("ij,ij->i", normals, directions))
-        return (self._caster.tolerance * side)[:, None] * normals
+        return places + (self._caster.tolerance(places) * side)[:, None] * normals

@@ -22,12 +22,11 @@ class Enclosure:
     """Tells which points look at the insides of closed geometry, from the triangles' winding.
 
     Geometry alone cannot tell a point in a wall from one in a room whose faces all look outward: for that, see
-    :func:`hidden_points`. Attribute ``facing`` (T, 3): the triangles' unit normals.
+    :func:`hidden_points`.
     """
 
     def __init__(self, caster: RayCaster):
         self._caster = caster
-        self.facing = caster.normals
         # A lattice of rank one: any number of its first points covers the hemisphere evenly.
         steps = np.arange(RAYS) + 0.5
         self._uniforms = np.stack([steps * 0.7548776662466927, steps * 0.5698402909980532], axis=1) % 1.0
@@ -47,7 +46,7 @@ class Enclosure:
         about = np.repeat(normals, shape[1], axis=0)
         directions = cosine_hemisphere(about, np.tile(uniforms, (shape[0], 1)))
         triangle = self._caster.first_hits(np.repeat(origins, shape[1], axis=0), directions).triangle
-        back = np.einsum("ij,ij->i", self.facing[triangle], directions) > 0
+        back = np.einsum("ij,ij->i", self._caster.normals[triangle], directions) > 0
         return (back & (triangle >= 0)).reshape(shape).sum(axis=1), (triangle >= 0).reshape(shape).all(axis=1)
 
 

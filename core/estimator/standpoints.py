@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from ..parallel import ordered_map, slices
 from ..rays import RayCaster
+from ..triangles import normals_and_areas
 from .enclosure import Enclosure
 
-#: Points on an edge look from this share of the way to the middle of their faces, and from as far off them.
-STEP = 0.02
+#: Points look from as far off their faces as this share of a face's size, and on an edge from as far aside of it.
+STEP = 0.002
 
-#: But from no more than so many of the caster's tolerances, 1/8192 of the scene's radius, so that points that stand in
-#: other geometry do not come out of it, and at least from so many.
-MOST_STEP, LEAST_STEP = 64, 8
+#: But from no more than so many of the caster's tolerances, about 1/8192 of the distance from the middle of all, so
+#: that points that stand in other geometry do not come out of it, and at least from so many.
+MOST_STEP, LEAST_STEP = 256, 2
+
+#: Where that least is more than this share of a face's size, its light is coarse.
+COARSE = 0.1
+
+#: Faces rise from a point when the way into them leads off its plane by more than this share of itself.
+HOLLOW = 1e-3
 
 #: Points whose rays are cast at a time.
 POINTS_PER_CHUNK = 1 << 12
@@ -28,79 +35,103 @@ class Standpoints:
 
     origins   (N, 3) metres, where shadow rays start
     enclosed  (N,) whether the point looks at the insides of closed geometry (see enclosure.py)
+    coarse    (N,) whether the point's face is so small that rounding, so far from the middle of all, tells in its light
     """
 
     origins: np.ndarray
     enclosed: np.ndarray
+    coarse: np.ndarray
 
     @staticmethod
     def joined(parts: list[Standpoints]) -> Standpoints:
         """All standpoints of ``parts`` in their order; ``parts`` holds at least one."""
-        origins, enclosed = zip(*((part.origins, part.enclosed) for part in parts), strict=True)
-        return Standpoints(np.concatenate(origins), np.concatenate(enclosed))
+        return Standpoints(*(np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Standpoints)))
 
 
 def standpoints(
-    caster: RayCaster, points: np.ndarray, normals: np.ndarray, inward: np.ndarray | None = None
+    caster: RayCaster, points: np.ndarray, facing: np.ndarray, inward: np.ndarray | None = None
 ) -> Iterator[Standpoints]:
-    """Find where ``points`` (N, 3) m with unit ``normals`` (N, 3) can look around from, some at a time.
+    """Find where ``points`` (N, 3) m on faces with unit normals ``facing`` (N, 3) can look around from, some at a time.
 
     ``inward`` (N, 3) metres leads from each point into its own faces, at most half of which it is moved along; zero
     where it need not be, None if nowhere.
     """
-    within = tangential(inward, normals)
     enclosure = Enclosure(caster)
 
     def found(rows: slice) -> Standpoints:
-        length = np.linalg.norm(within[rows], axis=1)
-        step = np.clip(STEP * length, LEAST_STEP * caster.tolerance, MOST_STEP * caster.tolerance)
-        aside = moved(points[rows], within[rows], step)
-        off = np.minimum(step, 0.5 * headroom_beside(caster, points[rows], aside, normals[rows], enclosure.facing))
-        origins = aside + off[:, None] * normals[rows]
-        return Standpoints(origins, enclosure.enclosed(origins, normals[rows]))
+        tolerance, ways = caster.tolerance(points[rows]), None if inward is None else inward[rows]
+        size = _sizes(caster, points[rows], ways, facing[rows], tolerance)
+        step = np.clip(STEP * size, LEAST_STEP * tolerance, MOST_STEP * tolerance)
+        aside = moved(points[rows], ways, facing[rows], step)
+        off = np.minimum(step, 0.5 * headroom_beside(caster, points[rows], ways, facing[rows], aside))
+        origins = aside + off[:, None] * facing[rows]
+        coarse = (size > 0) & (LEAST_STEP * tolerance > COARSE * size)
+        return Standpoints(origins, enclosure.enclosed(origins, facing[rows]), coarse)
 
     yield from ordered_map(found, slices(len(points), POINTS_PER_CHUNK))
 
 
-def plain_standpoints(caster: RayCaster, points: np.ndarray, normals: np.ndarray) -> Iterator[Standpoints]:
+def plain_standpoints(caster: RayCaster, points: np.ndarray, facing: np.ndarray) -> Iterator[Standpoints]:
     """Just off the ``points`` (N, 3) themselves, and none of them enclosed: as the plain estimator takes them."""
-    yield Standpoints(points + LEAST_STEP * caster.tolerance * normals, np.zeros(len(points), bool))
+    off = LEAST_STEP * caster.tolerance(points)
+    yield Standpoints(points + off[:, None] * facing, *np.zeros((2, len(points)), bool))
 
 
-def tangential(inward: np.ndarray | None, normals: np.ndarray) -> np.ndarray:
-    """What of ``inward`` (N, 3), None for nothing, lies in the tangent planes of ``normals`` (N, 3).
+def _sizes(caster: RayCaster, points, inward, facing, tolerance) -> np.ndarray:
+    """Sizes (N,), metres, of the triangles that ``points`` (N, 3) lie on, or of the way ``inward``; 0 if unknown."""
+    above = moved(points, inward, facing, np.full(len(points), caster.radius)) + tolerance[:, None] * facing
+    hits = caster.first_hits(above, -facing, tolerance)
+    _, areas = normals_and_areas(caster.corners[hits.triangle])
+    ways = 0.0 if inward is None else np.linalg.norm(inward, axis=1)
+    return np.where((hits.triangle >= 0) & (areas > 0), np.sqrt(2.0 * areas), ways)
 
-    From a rounded convex corner the middle of its faces lies inside the solid.
+
+def moved(points: np.ndarray, inward: np.ndarray | None, facing: np.ndarray, distance: np.ndarray) -> np.ndarray:
+    """The ``points`` (N, 3) moved ``inward`` (N, 3), None for nowhere, in the planes of their faces by a ``distance``
+    (N,), but by half of each way at most.
+
+    Where several faces share a point, much of the way leads out of its plane: into the solid from a rounded edge, off
+    both walls from one between them. What is left of it in the plane counts for as little as it is of the whole.
     """
     if inward is None:
-        return np.zeros_like(normals)
-    return inward - np.einsum("ij,ij->i", inward, normals)[:, None] * normals
+        return points
+    within = inward - np.einsum("ij,ij->i", inward, facing)[:, None] * facing
+    length = np.linalg.norm(inward, axis=1)
+    return points + np.minimum(distance / np.maximum(length, distance), 0.5)[:, None] * within
 
 
-def moved(points: np.ndarray, ways: np.ndarray, distance: np.ndarray) -> np.ndarray:
-    """The ``points`` (N, 3) moved along ``ways`` (N, 3) by a ``distance`` (N,), but by half of each way at most."""
-    length = np.linalg.norm(ways, axis=1)
-    return points + np.minimum(distance / np.maximum(length, distance), 0.5)[:, None] * ways
+def headroom_beside(
+    caster: RayCaster, points: np.ndarray, inward: np.ndarray | None, facing: np.ndarray, aside: np.ndarray
+) -> np.ndarray:
+    """How far (N,) it is along ``facing`` to the next surface, from ``points`` and from where they stand ``aside``.
 
-
-def headroom_beside(caster: RayCaster, points, aside, normals, facing) -> np.ndarray:
-    """How far (N,) it is along the normal to the next surface, from ``points`` and from where they stand ``aside``.
-
-    From the point itself: a point moved aside in a hollow lies behind the surface before it is lifted. One moved aside
-    in a wedge has less room; what it meets from behind, by the triangles' normals ``facing`` (T, 3), is the hollow.
+    From the point itself: in a hollow, where its own faces rise ``inward``, a point moved aside lies behind them before
+    it is lifted, and they do not count. One moved aside in a wedge, or under something, has less room.
     """
-    return np.minimum(headroom(caster, points, normals), headroom(caster, aside, normals, facing))
+    room = headroom(caster, points, facing)
+    if inward is None:
+        return room
+    rising = np.einsum("ij,ij->i", inward, facing) > HOLLOW * np.linalg.norm(inward, axis=1)
+    return np.minimum(room, headroom(caster, aside, facing, points, rising))
 
 
-def headroom(caster: RayCaster, points, normals, facing=None) -> np.ndarray:
-    """How far (N,) it is along the normal to the next surface, at least twice what keeps clear of the own one.
+def headroom(
+    caster: RayCaster,
+    points: np.ndarray,
+    facing: np.ndarray,
+    own: np.ndarray | None = None,
+    rising: np.ndarray | None = None,
+) -> np.ndarray:
+    """How far (N,) it is along ``facing`` to the next surface, at least twice what keeps clear of the own one.
 
-    With the triangles' normals ``facing`` (T, 3) only fronts count.
+    Where ``rising`` (N,), what is met from behind in a plane with the place ``own`` (N, 3) m does not count.
     """
-    start = 4 * caster.tolerance
-    hits = caster.first_hits(points + start * normals, normals)
+    start = caster.tolerance(points)
+    hits = caster.first_hits(points + start[:, None] * facing, facing)
     free = hits.triangle < 0
-    if facing is not None:
-        free |= np.einsum("ij,ij->i", facing[hits.triangle], normals) > 0
+    if rising is not None:
+        normals = caster.normals[hits.triangle]
+        off = np.abs(np.einsum("ij,ij->i", normals, hits.points - own))
+        free |= rising & (np.einsum("ij,ij->i", normals, facing) > 0) & (off < start)
     distance = np.linalg.norm(hits.points - points, axis=1)
     return np.where(free, np.inf, np.maximum(distance, 2 * start))

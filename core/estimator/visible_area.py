@@ -20,7 +20,7 @@ from ..rays import RayCaster
 from ..sampling import frames
 from ..segments import Segments
 from .rings import OUTSIDE, nested_areas, offsets, outline_area, rings_of, whole_areas
-from .standpoints import LEAST_STEP, POINTS_PER_CHUNK, headroom, headroom_beside, moved, tangential
+from .standpoints import LEAST_STEP, POINTS_PER_CHUNK, headroom, headroom_beside, moved
 
 #: Rays in the tangent plane. Neighbours are joined by straight lines, so a wall's outline is exact.
 DIRECTIONS = 32
@@ -29,9 +29,9 @@ DIRECTIONS = 32
 #: line where two walls meet is clearly in front of both.
 NUDGE = 0.01
 
-#: But by no more than so many of the caster's tolerances, 1/2048 of the scene's radius: where a disc is as large as the
-#: scene, light does not come nearer by a hundredth of that.
-MOST_NUDGE = 256
+#: But by no more than so many of the caster's tolerances, about 1/2048 of the distance from the middle of the scene:
+#: where a disc is as large as the scene, light does not come nearer by a hundredth of that.
+MOST_NUDGE = 1024
 
 #: Higher lifts, in radii, that are tried while each shows GAIN times the area of the one before: inside a hollow, where
 #: the tangent plane lies behind the surface, a disc must be lifted by its sagitta.
@@ -126,27 +126,35 @@ class VisibleDiscs:
 
 
 def visible_discs(
-    caster: RayCaster, discs: TangentDiscs, inward: np.ndarray | None = None, every: int = 1
+    caster: RayCaster,
+    discs: TangentDiscs,
+    inward: np.ndarray | None = None,
+    every: int = 1,
+    facing: np.ndarray | None = None,
 ) -> Iterator[VisibleDiscs]:
     """Put ``discs`` (N) in front of the surface and measure their outlines, some at a time.
 
     ``inward`` (N, 3) metres leads from each point into its own faces, at most half of which it is moved along; zero
     where it need not be, None if nowhere. Where time is short only every so many of the DIRECTIONS, 1 to SPARSE, may be
-    looked in; the outline is straight between them.
+    looked in; the outline is straight between them. ``facing`` (N, 3) are the unit normals of the points' faces, from
+    which discs are lifted; None: those of the discs.
     """
-    least = np.clip(NUDGE * discs.radii, LEAST_STEP * caster.tolerance, MOST_NUDGE * caster.tolerance)
-    based = moved(discs.centres, tangential(inward, discs.normals), least)
-    facing = caster.normals
+    facing = discs.normals if facing is None else facing
+    tolerance = caster.tolerance(discs.centres)
+    least = np.clip(NUDGE * discs.radii, LEAST_STEP * tolerance, MOST_NUDGE * tolerance)
+    based = moved(discs.centres, inward, facing, least)
 
     def placed(rows: slice) -> VisibleDiscs:
-        normals, radii = discs.normals[rows], discs.radii[rows]
-        room = headroom_beside(caster, discs.centres[rows], based[rows], normals, facing)
-        lifts, reach = _lifted(caster, based[rows], normals, radii, np.minimum(least[rows], 0.5 * room), room, every)
+        normals, radii, up = discs.normals[rows], discs.radii[rows], facing[rows]
+        beside = None if inward is None else inward[rows]
+        room = headroom_beside(caster, discs.centres[rows], beside, up, based[rows])
+        ways = based[rows], up, normals, radii
+        lifts, reach = _lifted(caster, *ways, np.minimum(least[rows], 0.5 * room), room, every)
         reach = _filled(reach, radii)
         partial = (reach < radii[:, None]).any(axis=1)
         nested, whole = nested_areas(reach, radii), whole_areas(radii)
         hidden = nested[:, 0] < SMALLEST_SHARE * whole[:, 0]
-        lifted = TangentDiscs(based[rows] + lifts[:, None] * normals, normals, radii)
+        lifted = TangentDiscs(based[rows] + lifts[:, None] * up, normals, radii)
         return VisibleDiscs(lifted, VisibleArea(reach, np.where(hidden[:, None], whole, nested), partial, hidden))
 
     yield from ordered_map(placed, slices(len(discs), POINTS_PER_CHUNK))
@@ -159,19 +167,19 @@ def whole_discs(discs: TangentDiscs) -> Iterator[VisibleDiscs]:
     yield VisibleDiscs(discs, area)
 
 
-def _lifted(caster, centres, normals, radii, least, room, every) -> tuple[np.ndarray, np.ndarray]:
-    """The lift (N,), ``least`` or more, of each disc and its outline there; no disc is lifted through a surface."""
+def _lifted(caster, centres, up, normals, radii, least, room, every) -> tuple[np.ndarray, np.ndarray]:
+    """The lift (N,), ``least`` or more, of each disc ``up`` (N, 3) and its outline there, through no surface."""
     lifts = least.copy()
-    reach = _reach(caster, centres + lifts[:, None] * normals, normals, radii, every)
+    reach = _reach(caster, centres + lifts[:, None] * up, normals, radii, every)
     areas = outline_area(reach)
     rows = np.flatnonzero(areas < np.pi * radii**2 / GAIN)
     # From where the disc lies now, too: aside of a point in a wedge the other side is nearer.
-    above = lifts[rows] + headroom(caster, centres[rows] + lifts[rows, None] * normals[rows], normals[rows])
+    above = lifts[rows] + headroom(caster, centres[rows] + lifts[rows, None] * up[rows], up[rows])
     room = room.copy()
     room[rows] = np.minimum(room[rows], above)
     for share in LIFTS:
         rows = rows[share * radii[rows] < 0.5 * room[rows]]
-        lifted = centres[rows] + share * radii[rows, None] * normals[rows]
+        lifted = centres[rows] + share * radii[rows, None] * up[rows]
         higher = _reach(caster, lifted, normals[rows], radii[rows], SPARSE)
         gains = outline_area(higher) > SPARSE_GAIN * outline_area(reach[rows, :: SPARSE // every])
         rows, lifted, higher = rows[gains], lifted[gains], higher[gains]

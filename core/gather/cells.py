@@ -1,8 +1,9 @@
 """Cells of space in which gather rays land: finer where rays are short, and apart by the side that they land on.
 
 A ray of length t looks light up in cells with sides of about SHARE t, as wide as the part of the hemisphere that it
-stands for among a hundred rays. Sides go in powers of two, so that equal places and levels are equal numbers. Source of
-such keys: Binder, Fricke and Keller, "Massively Parallel Path Space Filtering", 2019.
+stands for among a hundred rays. Sides go in powers of two, so that equal places and levels are equal numbers. Those are
+mixed from the cell's place, so that a scene may be as wide as it likes beside its smallest cells. Source of such keys:
+Binder, Fricke and Keller, "Massively Parallel Path Space Filtering", 2019.
 """
 
 from __future__ import annotations
@@ -12,14 +13,16 @@ import numpy as np
 #: Sides of cells over the length of the ray that looks into them, at most.
 SHARE = 0.2
 
-#: Bits of a cell's number along each axis, for the direction that its surface faces, and for how far from the cell's
-#: middle its plane lies: sheets one behind the other differ in that, when they are more than a 16th of a side apart.
-_PLACE, _FACING, _SHEET = 16, 5, 5
-_MOST = (1 << _PLACE) - 1
+#: Bits of a cell's number for the direction that its surface faces, and for how far from the cell's middle its plane
+#: lies: sheets one behind the other differ in that, when they are more than a 16th of a side apart.
+_FACING, _SHEET = 5, 5
 
-#: Levels of cells; the sides of level 0 are the finest that places have bits for.
-LEVELS = _PLACE
+#: Levels of cells, in the last bits of their numbers.
+LEVELS, _LEVEL = 32, 5
 _EMPTY = np.uint64(0xFFFFFFFFFFFFFFFF)
+
+#: 2^64 over the golden ratio: products with it mix all bits before into the highest.
+_ODD = np.uint64(0x9E3779B97F4A7C15)
 
 #: Components of a unit normal smaller than this count as none: 26 directions that surfaces face.
 _SLANT = 0.38
@@ -32,49 +35,43 @@ def facings(normals: np.ndarray) -> np.ndarray:
 
 
 class Cells:
-    """Numbers the cells of a scene that lies in a ball of ``radius`` metres around ``centre`` (3,).
+    """Numbers the cells of space, which are counted from ``corner`` (3,) m.
 
-    ``finest`` metres, the sides of the smallest cells, are taken as they are; larger ones follow in powers of two.
+    Attribute ``finest``, metres: the sides of the smallest cells; larger ones follow in powers of two.
     """
 
-    def __init__(self, centre: np.ndarray, radius: float, finest: float):
-        smallest = 2.0 * radius / _MOST
-        self._low = centre - radius
-        self._least = int(np.clip(np.ceil(np.log2(finest / smallest)), 0, LEVELS - 1))
-        self._side = max(finest, smallest) / 2.0**self._least
-
-    @property
-    def finest(self) -> float:
-        """Sides of the smallest cells, metres."""
-        return self._side * 2.0**self._least
+    def __init__(self, corner: np.ndarray, finest: float):
+        self._corner, self.finest = corner, finest
 
     def levels(self, lengths: np.ndarray) -> np.ndarray:
         """Level (K,) of the cells into which rays of these ``lengths`` (K,) metres look."""
-        _, exponent = np.frexp(lengths * (SHARE / self._side))
-        return np.clip(exponent - 1, self._least, LEVELS - 1)
+        _, exponent = np.frexp(lengths * (SHARE / self.finest))
+        return np.clip(exponent - 1, 0, LEVELS - 1)
 
     def sides(self, levels: np.ndarray) -> np.ndarray:
         """Sides (K,) metres of cells of these ``levels`` (K,)."""
-        return np.ldexp(self._side, levels)
+        return np.ldexp(self.finest, levels)
 
     def numbers(self, places: np.ndarray, normals: np.ndarray, levels: np.ndarray) -> np.ndarray:
         """Numbers (K,) uint64 of the cells of ``levels`` (K,) at ``places`` (K, 3) m on surfaces that face along unit
         ``normals`` (K, 3)."""
         scale = 1.0 / self.sides(levels)
-        number, height = (levels << _FACING) | facings(normals), np.zeros(len(places))
+        number, height = np.zeros(len(places), np.uint64), np.zeros(len(places))
         for axis in range(3):
-            place = (places[:, axis] - self._low[axis]) * scale
-            cell = np.clip(place.astype(np.int64), 0, _MOST)
-            number = (number << _PLACE) | cell
+            place = (places[:, axis] - self._corner[axis]) * scale
+            cell = np.floor(place)
+            number = (number ^ cell.astype(np.int64).view(np.uint64)) * _ODD
+            number ^= number >> np.uint64(32)
             height += (place - cell - 0.5) * normals[:, axis]
         sheet = (np.abs(height) * (1 << (_SHEET - 1))).astype(np.int64)
         sheet = np.minimum(sheet, (1 << (_SHEET - 1)) - 1) | ((height < 0).astype(np.int64) << (_SHEET - 1))
-        return ((number << _SHEET) | sheet).view(np.uint64)
+        number = (number ^ ((facings(normals) << _SHEET) | sheet).view(np.uint64)) * _ODD
+        return (number >> np.uint64(_LEVEL) << np.uint64(_LEVEL)) | levels.astype(np.uint64)
 
     @staticmethod
     def levels_of(numbers: np.ndarray) -> np.ndarray:
         """Levels (K,) of cells by their ``numbers`` (K,)."""
-        return (numbers >> np.uint64(3 * _PLACE + _FACING + _SHEET)).astype(np.int64)
+        return (numbers & np.uint64((1 << _LEVEL) - 1)).astype(np.int64)
 
 
 class CellTable:
@@ -115,4 +112,4 @@ class CellTable:
     def _first(self, numbers: np.ndarray) -> np.ndarray:
         """Where (K,) to look first (Fibonacci hashing, Knuth 6.4)."""
         mixed = numbers ^ (numbers >> np.uint64(29))
-        return ((mixed * np.uint64(0x9E3779B97F4A7C15)) >> self._shift).astype(np.int64)
+        return ((mixed * _ODD) >> self._shift).astype(np.int64)

@@ -41,8 +41,10 @@ WIDTH, GROWTH = 1.2, 0.5
 NEAR = 2.0
 
 #: Photons that a bake may well have, and crossings of them that the smallest disc of a half is to have at least if they
-#: come down evenly on the box around all landings but this share of outlying ones on each side.
-PHOTONS, CROSSINGS, OUTLYING = 1 << 18, 8.0, 0.02
+#: come down evenly on the box around all landings but an outlying share on each side; of some shares and so many times
+#: their boxes the least, lest what is far away and seldom seen makes all that is near coarse.
+PHOTONS, CROSSINGS = 1 << 18, 8.0
+OUTLYING = (0.02, 1.0), (0.1, 6.0), (0.25, 16.0)
 
 #: Who looks around from where a ray landed stands so many tolerances of the caster off the surface, back along the ray,
 #: which is free; rays that graze go back no farther than those of this cosine.
@@ -81,7 +83,7 @@ class Landings:
         normals = caster.normals.take(triangle, axis=0)
         cosine = np.einsum("ij,ij->i", normals, directions)
         normals *= -np.copysign(1.0, cosine)[:, None]
-        back = np.minimum(STAND_OFF * caster.tolerance / np.maximum(np.abs(cosine), GRAZING), 0.5 * lengths)
+        back = np.minimum(STAND_OFF * caster.tolerance(places) / np.maximum(np.abs(cosine), GRAZING), 0.5 * lengths)
         return cls(places, places - back[:, None] * directions, normals, lengths)
 
     def taken(self, rows: np.ndarray) -> Landings:
@@ -129,10 +131,9 @@ class Records:
     """
 
     def __init__(self, caster: RayCaster, landings: Landings, points: int, seed: int, finest: float | None = None):
-        size = 1.0 / caster.scale
         if finest is None:
-            finest = _affordable(caster, landings, points, size)
-        self._cells = Cells(caster.centre, size, finest)
+            finest = _affordable(caster, landings, points)
+        self._cells = Cells(_corner(caster), finest)
         # What only rays see that are followed on is no part of what is seen from afar.
         landings = landings.taken(np.flatnonzero(landings.lengths > 0.5 * self.near))
         order = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(5,))).permutation(len(landings.lengths))
@@ -180,14 +181,21 @@ def _numbers(cells: Cells, landings: Landings) -> np.ndarray:
     return cells.numbers(landings.places, landings.normals, cells.levels(landings.lengths))
 
 
-def _affordable(caster: RayCaster, landings: Landings, points: int, size: float) -> float:
+def _corner(caster: RayCaster) -> np.ndarray:
+    """From where (3,) cells are counted: no surface is likely to lie there, on which rounding would tell the cell."""
+    box = Bounds.of(caster.corners.reshape(-1, 3))
+    return box.centre - box.radius
+
+
+def _affordable(caster: RayCaster, landings: Landings, points: int) -> float:
     """Sides of the smallest cells, metres, such that hardly any rays are too short, and cells are not too many."""
     if len(landings.lengths) == 0:
-        return size
+        return caster.radius
     most = int(np.clip(CELLS_PER_POINT * points, LEAST_CELLS, MOST_CELLS))
     finest = max(float(np.quantile(landings.lengths, SHORT)) / NEAR, _photons_allow(landings))
-    while finest < size:
-        cells = Cells(caster.centre, size, finest)
+    corner = _corner(caster)
+    while finest < caster.radius:
+        cells = Cells(corner, finest)
         seen = landings.lengths > 0.5 * NEAR * finest
         if len(np.unique(_numbers(cells, landings)[seen])) <= most:
             break
@@ -197,8 +205,11 @@ def _affordable(caster: RayCaster, landings: Landings, points: int, size: float)
 
 def _photons_allow(landings: Landings) -> float:
     """Sides of cells, metres, below which discs would be crossed too seldom."""
-    low, high = np.quantile(landings.places, (OUTLYING, 1.0 - OUTLYING), axis=0)
-    area = 2.0 * float(Bounds(low, high).face_areas.sum())
+    areas = []
+    for share, times in OUTLYING:
+        low, high = np.quantile(landings.places, (share, 1.0 - share), axis=0)
+        areas.append(2.0 * times * float(Bounds(low, high).face_areas.sum()))
+    area = min(areas)
     return np.sqrt(2.0 * CROSSINGS * area / PHOTONS / np.pi) / WIDTH
 
 

@@ -130,8 +130,7 @@ class ReflectedLight:
         cosine = np.einsum("ij,ij->i", normals, rays.directions)
         lit = np.flatnonzero((cosine > 0) & rays.shines)
         ways = points.take(lit, axis=0), rays.directions.take(lit, axis=0), rays.distances.take(lit)
-        shadows = self._shadows.between if source.distant else self._shadows
-        weight = shadows.transmitted(*ways) * _balanced(rays.density.take(lit), cosine.take(lit))
+        weight = self._shadows.of(source).transmitted(*ways) * _balanced(rays.density.take(lit), cosine.take(lit))
         light[lit] += rays.radiance.take(lit, axis=0) * weight
 
     def _ask_lamps(self, nearby: NearbyLight, points, normals, group, uniforms, light: np.ndarray) -> None:

@@ -93,6 +93,11 @@ class Light(Protocol):
         ...
 
 
+def is_world(light: Light) -> bool:
+    """Whether a light surrounds everything, so that rays meet it where they leave the scene; lamps do not."""
+    return hasattr(light, "met") and light.distant
+
+
 class Surroundings(Light, Protocol):
     """A light that rays from a point may also meet by chance: the world behind everything, or shining triangles.
 

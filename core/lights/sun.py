@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -30,6 +31,7 @@ class SunLight:
     direction: np.ndarray
     irradiance: np.ndarray
     angle: float = 0.0
+    distant: ClassVar[bool] = True
 
     def __post_init__(self):
         object.__setattr__(self, "direction", unit_vector(self.direction, "The sun's direction"))

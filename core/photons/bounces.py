@@ -17,7 +17,7 @@ from .specular import SpecularSurfaces
 
 #: How many tolerances a particle is moved along its direction before it starts. Lights may lie in a surface: an
 #: emissive triangle always does, an area light under a ceiling often.
-EMISSION_LIFT = 4
+EMISSION_LIFT = 32
 
 #: How many tolerances behind their hit segments end, along the surface's normal.
 REACH_BEHIND = 2
@@ -79,7 +79,7 @@ class Bounces:
         ``sent`` are numbered from ``first`` on; ``near`` (P,) tells which come from lamps or shining triangles.
         """
         directions, flux, start = sent.directions, sent.flux, sent.start
-        origins = sent.origins + EMISSION_LIFT * self.caster.tolerance * directions
+        origins = sent.origins + EMISSION_LIFT * self.caster.tolerance(sent.origins)[:, None] * directions
         count = len(origins)
         bounce, passages = np.zeros(count, np.uint16), np.zeros(count, np.uint16)
         particle = np.arange(first, first + count, dtype=np.uint32)
@@ -118,8 +118,9 @@ class Bounces:
         ends = np.empty_like(origins)
         onward = directions.take(rows, axis=0)
         cosine = np.abs(_dot(self.caster.normals.take(hits.triangle.take(rows), axis=0), onward))
-        past = REACH_BEHIND * self.caster.tolerance / np.maximum(cosine, GRAZING_COSINE)
-        ends[rows] = hits.points.take(rows, axis=0) + past[:, None] * onward
+        places = hits.points.take(rows, axis=0)
+        past = REACH_BEHIND * self.caster.tolerance(places) / np.maximum(cosine, GRAZING_COSINE)
+        ends[rows] = places + past[:, None] * onward
         missed = np.flatnonzero(hits.triangle < 0)
         outward = origins.take(missed, axis=0)
         reach = np.linalg.norm(outward - self.bounds.centre, axis=1) + self.bounds.radius
@@ -149,14 +150,16 @@ class Bounces:
         """Origins just off the surface, and directions, of the particles that go on."""
         normals = self.caster.normals.take(hits.triangle.take(rows), axis=0)
         facing = -np.copysign(1.0, _dot(normals, directions))[:, None] * normals
+        places = hits.points.take(rows, axis=0)
+        away = self.caster.tolerance(places)
         if self.passing is None:
-            away, turned = self.caster.tolerance, cosine_hemisphere(facing, uniforms)
+            turned = cosine_hemisphere(facing, uniforms)
         else:
             reflects = fate == REFLECTED
             turned = directions.copy()
             turned[reflects] = cosine_hemisphere(facing[reflects], uniforms[reflects])
-            away = np.where(reflects, self.caster.tolerance, -self.caster.tolerance)[:, None]
-        return hits.points.take(rows, axis=0) + away * facing, turned
+            away = np.where(reflects, away, -away)
+        return places + away[:, None] * facing, turned
 
 
 def _begun(segments: Segments, directions, start) -> tuple[Segments, np.ndarray]:

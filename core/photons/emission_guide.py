@@ -48,8 +48,8 @@ class EmissionGuide:
     chance: np.ndarray
 
     @classmethod
-    def by_power(cls, shares: np.ndarray) -> EmissionGuide:
-        """Each light in proportion to its share (J,) of the power, uniform within it."""
+    def by_shares(cls, shares: np.ndarray) -> EmissionGuide:
+        """Each light with its share (J,) of the particles, uniform within it."""
         corner = np.zeros((len(shares), EMISSION_DIMENSIONS))
         return cls(np.arange(len(shares)), corner, corner + 1.0, shares, shares)
 

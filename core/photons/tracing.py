@@ -30,13 +30,23 @@ class TracedPhotons:
 class PhotonTracer:
     """Traces particles through ``scene`` with its ``caster``; distant lights shoot at ``bounds`` (scene and discs).
 
-    ``direct`` tells whether the segments of direct light (bounce 0) are kept, which shadow rays can replace.
+    ``direct`` tells whether the segments of direct light (bounce 0) are kept, which shadow rays can replace; ``seen``
+    (J,) what places see of each light, see light_shares.py, and ``box`` where most of them are, see distant_light.py.
 
     Attributes: ``emitted_flux`` (3,), the radiant flux in W of all lights together, and ``guide``, which aims them; at
-    first by power alone. Raises NoLightError when nothing emits.
+    first by power and by what is seen alone. Raises NoLightError when nothing emits.
     """
 
-    def __init__(self, scene: Scene, caster: RayCaster, bounds: Bounds, bounces: int, direct: bool = True):
+    def __init__(
+        self,
+        scene: Scene,
+        caster: RayCaster,
+        bounds: Bounds,
+        bounces: int,
+        direct: bool = True,
+        seen: np.ndarray | None = None,
+        box: Bounds | None = None,
+    ):
         # Most scenes let no light pass and have no specular surfaces, and then pay nothing for them.
         specular = SpecularSurfaces(scene.specular, scene.corners) if scene.specular is not None else None
         straight = None if scene.unshaded is None else BySide(scene.unshaded, caster.normals)
@@ -45,11 +55,11 @@ class PhotonTracer:
         albedo = BySide(scene.albedo, caster.normals)
         self._bounces = Bounces(caster, albedo, passing, specular, bounds, bounces, direct)
         # Indirect light all comes from surfaces: what passes beside them need not be emitted.
-        self._emission = Emission(
-            scene, bounds if direct else scene.bounds.expanded(2 * EMISSION_LIFT * caster.tolerance)
-        )
+        whole = scene.bounds
+        margin = 2 * EMISSION_LIFT * float(caster.tolerance(np.stack([whole.lower, whole.upper])).max())
+        self._emission = Emission(scene, bounds if direct else whole.expanded(margin), seen, box)
         self.emitted_flux = self._emission.flux
-        self.guide = self._emission.by_power
+        self.guide = self._emission.natural
 
     def guided(self, guide: EmissionGuide) -> PhotonTracer:
         """The same tracer, but with the lights aimed by ``guide``."""

@@ -6,24 +6,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...core.bounds import Bounds
-from ...core.rays import RELATIVE_TOLERANCE, RayCaster
+from ...core.rays import RayCaster
 from ...core.triangles import normals_and_areas
 from .estimation_points import CornerPoints
 from .joined_rows import numbered, starts_of
 from .read_meshes import MeshSurface
-from .triangle_geometry import cross, dots, safe_unit
+from .triangle_geometry import cross, determinants, dots, safe_unit
 
 #: how far from its vertex a corner looks around, as a share of the way to the middle of its triangles
 _ASIDE = 0.002
 
-#: the least of it, and the most distance of surfaces that touch, in tolerances of the rays
-_LEAST = 32
-_TOUCHING = 24
+#: the least of it in tolerances of the rays, if that is no more than this share of the way, and at any rate
+_LEAST, _MOST_ASIDE, _LEAST_ASIDE = 128, 0.06, 8
 
-#: Surfaces are drawn back behind themselves by so many tolerances, so that two that lie exactly on each other have an
-#: order. It must leave them within _TOUCHING.
-_DRAWN_BACK = 8
+#: Surfaces are drawn back behind themselves by this share of their height as triangles at most. What lies within so
+#: many times as far of one touches it.
+_DRAWN_BACK, _TOUCHING = 0.01, 3
 
 #: the places from which triangles look for their corners, in sixths of their vertices: the middle, and half-way between
 #: it and the vertices, lest a mere post hides a corner
@@ -43,6 +41,7 @@ class Corners:
     rows      (C,) the point of each corner, -1 for none, and vertices (C,), both counted through all objects
     centres   (N, 3) metres; normals (N, 3) unit
     pairs     (P,) the corner of each pair; triangles (P, 3, 3) the vertices of its triangle in the world, metres
+    facing    (C, 3) mean unit normals of each corner's triangles, by their winding
     inward    (C, 3) metres, from each corner across its triangles, half-way between their edges
     angles    (C,) between those, in radians
     """
@@ -53,6 +52,7 @@ class Corners:
     normals: np.ndarray
     pairs: np.ndarray
     triangles: np.ndarray
+    facing: np.ndarray
     inward: np.ndarray
     angles: np.ndarray
 
@@ -67,7 +67,8 @@ class Corners:
         triangles = [np.zeros((0, 3, 3))]
         for part, surface in zip(points, surfaces, strict=False):
             placed = surface.vertices @ part.matrix[:3, :3].T + part.matrix[:3, 3]
-            triangles.append(placed[surface.triangles[part.triangles]])
+            shown = placed[surface.triangles[part.triangles]]
+            triangles.append(shown[:, ::-1] if determinants(part.matrix[None])[0] < 0 else shown)
         rows = numbered([part.rows for part in points], starts_of([len(part.centres) for part in points]))
         rows[np.concatenate([part.rows for part in points]) < 0] = -1
         counts = [part.vertices.max(initial=-1) + 1 for part in points]
@@ -80,7 +81,8 @@ class Corners:
         bisectors, angles = _bisectors(triangles, centres[rows[pairs]])
         inward = means(bisectors, pairs, len(rows), angles)
         total = np.bincount(pairs, angles, len(rows))
-        return Corners(rows, vertices, centres, normals, pairs, triangles, inward, total)
+        facing = means(normals_and_areas(triangles)[0], pairs, len(rows), angles)
+        return Corners(rows, vertices, centres, normals, pairs, triangles, facing, inward, total)
 
 
 class Neighbourhood:
@@ -88,16 +90,17 @@ class Neighbourhood:
 
     def __init__(self, corners: Corners, surfaces: np.ndarray):
         self._corners = corners
-        self._tolerance = RELATIVE_TOLERANCE * Bounds.of(surfaces.reshape(-1, 3)).radius
-        self._facing, _ = normals_and_areas(surfaces)
-        self._caster = RayCaster(surfaces - _DRAWN_BACK * self._tolerance * self._facing[:, None])
+        self._facing, areas = normals_and_areas(surfaces)
+        longest = np.linalg.norm(np.roll(surfaces, -1, axis=1) - surfaces, axis=2).max(axis=1)
+        heights = np.divide(2.0 * areas, longest, out=np.zeros_like(areas), where=longest > 0)
+        self._caster = RayCaster(surfaces, corners.centres, _DRAWN_BACK * heights)
 
     def covered(self) -> np.ndarray:
         """Whether (C,) the face of each corner lies against the front of another one."""
         rows = np.flatnonzero(self._corners.rows >= 0)
         normals, aside, _ = self._aside(rows)
         met, distance = self._looks(aside, normals)
-        against = (met >= 0) & (distance < _TOUCHING * self._tolerance)
+        against = (met >= 0) & (distance < _TOUCHING * self._caster.drawn_back(met, aside))
         result = np.zeros(len(self._corners.rows), bool)
         result[rows] = against & (dots(self._facing[met], normals) < -0.5)
         return result
@@ -164,8 +167,11 @@ class Neighbourhood:
         points, inward = self._corners.rows[rows], self._corners.inward[rows]
         directions, _ = safe_unit(inward)
         length = np.sqrt(dots(inward, inward))
-        steps = np.minimum(np.maximum(_ASIDE * length, _LEAST * self._tolerance), 0.5 * length)
-        return self._corners.normals[points], self._corners.centres[points] + steps[:, None] * directions, steps
+        centres = self._corners.centres[points]
+        tolerance = self._caster.tolerance(centres)
+        least = np.maximum(np.minimum(_LEAST * tolerance, _MOST_ASIDE * length), _LEAST_ASIDE * tolerance)
+        steps = np.minimum(np.maximum(_ASIDE * length, least), 0.5 * length)
+        return self._corners.normals[points], centres + steps[:, None] * directions, steps
 
     def _looks(self, origins: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The surface (K,) that each ray meets first, -1 for none, and how far away (K,) it is."""

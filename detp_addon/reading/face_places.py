@@ -7,11 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...core.fit.shown_faces import FacePlaces, ShownFaces
+from ...core.triangles import normals_and_areas
 from .estimation_points import CornerPoints
 from .joined_rows import numbered, starts_of
 from .nearest_surface import nearest_places
 from .read_meshes import MeshSurface
-from .triangle_geometry import dots, has_area, normal_matrices, safe_unit
+from .triangle_geometry import determinants, dots, has_area, normal_matrices, safe_unit, sides_meant
 
 #: Seed of the places: the same for every bake, so that bakes of a scene differ by their light alone.
 _SEED = 0
@@ -32,6 +33,7 @@ class PlacedFaces:
     faces    its ``values`` are those rows
     owners   (T,) the object of each of the triangles, and ``corners`` (T,) one of its face corners there
     places   K of them; ``centres`` (K, 3) metres and ``normals`` (K, 3) unit there
+    facing   (K, 3) unit normals of the faces there
     """
 
     rows: tuple[np.ndarray, ...]
@@ -41,6 +43,7 @@ class PlacedFaces:
     places: FacePlaces
     centres: np.ndarray
     normals: np.ndarray
+    facing: np.ndarray
 
 
 def placed_faces(points: list[CornerPoints], surfaces: list[MeshSurface], domain: str) -> PlacedFaces:
@@ -51,7 +54,7 @@ def placed_faces(points: list[CornerPoints], surfaces: list[MeshSurface], domain
         none = np.zeros((0, 3))
         nowhere = FacePlaces(np.zeros(0, int), none, np.zeros(0), np.zeros(0))
         faces = ShownFaces(none.astype(int), none[:, None], none[:, None], 0)
-        return PlacedFaces((), faces, np.zeros(0, int), np.zeros(0, int), nowhere, none, none)
+        return PlacedFaces((), faces, np.zeros(0, int), np.zeros(0, int), nowhere, none, none, none)
     first = _Starts.of(points)
     rows = _joined([part.rows for part in points], first.points)
     vertices = _joined([part.vertices for part in points], first.vertices)
@@ -75,14 +78,18 @@ def placed_faces(points: list[CornerPoints], surfaces: list[MeshSurface], domain
     faces = ShownFaces(shown[triangles], centres[at], normals[at], count, beside, angles)
     places = faces.drawn(_SEED)
     centres, directions = places.of(faces.corners), safe_unit(places.of(faces.normals))[0]
+    turned = determinants(np.stack([part.matrix for part in points])) < 0
+    flat = normals_and_areas(faces.corners)[0] * np.where(turned, -1.0, 1.0)[owners, None]
+    facing = flat[places.triangle]
     ends = np.searchsorted(owners, np.arange(len(points) + 1))
     for number, (part, surface) in enumerate(zip(points, surfaces, strict=True)):
         if part.nearest:
             mine = np.flatnonzero((places.triangle >= ends[number]) & (places.triangle < ends[number + 1]))
-            centres[mine], directions[mine] = _on_surface(part, surface, centres[mine], directions[mine])
+            at = centres[mine], directions[mine], facing[mine]
+            centres[mine], directions[mine], facing[mine] = _on_surface(part, surface, *at)
     corners = triangles[:, 0] - first.corners[owners]
     values = tuple(np.split(shown, first.corners[1:-1]))
-    return PlacedFaces(values, faces, owners, corners, places, centres, directions)
+    return PlacedFaces(values, faces, owners, corners, places, centres, directions, sides_meant(facing, directions))
 
 
 @dataclass(frozen=True)
@@ -137,16 +144,17 @@ def _along_edges(vertex: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, n
     return value, pairs[apart], angle[near][apart]
 
 
-def _on_surface(part: CornerPoints, surface: MeshSurface, centres: np.ndarray, normals: np.ndarray):
-    """Where places between the points of a mesh that modifiers changed lie on its surface, and how that faces there."""
+def _on_surface(part: CornerPoints, surface: MeshSurface, centres, normals, facing):
+    """Where places between the points of a mesh that modifiers changed lie on its surface, by which normals those are
+    shaded, and how the surface faces there; without one near, as they were."""
     linear, origin = part.matrix[:3, :3], part.matrix[:3, 3]
     local = np.linalg.lstsq(linear, (centres - origin).T, rcond=None)[0].T
     triangles, places = nearest_places(surface, local, safe_unit(normals @ linear)[0])
     found = triangles >= 0
     flat = surface.vertices[surface.triangles[triangles]]
     across = np.cross(flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]) @ normal_matrices(part.matrix[None])[0].T
-    facing, _ = safe_unit(across)
+    facing = np.where(found[:, None], safe_unit(across)[0], facing)
     # Rounded as its points are, unless the surface turns away there.
     smooth = dots(normals, facing) > _SMOOTH
     centres = np.where(found[:, None], places @ linear.T + origin, centres)
-    return centres, np.where((found & ~smooth)[:, None], facing, normals)
+    return centres, np.where((found & ~smooth)[:, None], facing, normals), facing

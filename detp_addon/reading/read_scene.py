@@ -54,6 +54,7 @@ class ExportedScene:
     """What was read: the core's scene, what to bake, and what a person should know.
 
     centres    (N, 3) metres and normals (N, 3) unit: the estimation points of all targets
+    facing     (N, 3) unit normals of their faces
     inward     (N, 3) metres, from each point into its own faces; zero on faces
     shown      the faces whose values are to be fitted to the light at the points, which lie on them; None where each
                point is that of some corners
@@ -66,6 +67,7 @@ class ExportedScene:
     targets: tuple[BakeTarget, ...]
     centres: np.ndarray
     normals: np.ndarray
+    facing: np.ndarray
     inward: np.ndarray
     covered: np.ndarray
     shown: PlacedFaces | None
@@ -110,7 +112,7 @@ def read_scene(
     note_reflections(context_scene, scene.albedo, findings)
     modelled, left_out, warnings = findings.sentences()
     return ExportedScene(
-        scene, baked, points.centres, points.normals, points.inward, points.covered, shown,
+        scene, baked, points.centres, points.normals, points.facing, points.inward, points.covered, shown,
         modelled, left_out, warnings,
         objects=len(read.placements), triangles=len(scene.triangles), lights=len(scene.lights) + _shining(read),
     )  # fmt: skip
@@ -186,7 +188,7 @@ def _targets(
         shown = placed_faces(points, surfaces, domain)
         count = len(shown.centres)
         nowhere, seen = np.zeros((count, 3)), np.zeros(count, bool)
-        settled = SettledPoints(shown.rows, shown.centres, shown.normals, nowhere, seen)
+        settled = SettledPoints(shown.rows, shown.centres, shown.normals, shown.facing, nowhere, seen)
     else:
         settled = settled_points(points, surfaces, scene, domain)
     starts = starts_of([len(surface.triangles) for surface in read.surfaces])

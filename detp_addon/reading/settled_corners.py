@@ -16,7 +16,7 @@ from ...core.sides import any_side
 from .corner_neighbourhood import Corners, Neighbourhood, means
 from .estimation_points import CornerPoints
 from .read_meshes import MeshSurface
-from .triangle_geometry import dots
+from .triangle_geometry import dots, sides_meant
 
 #: Corners that lie behind something are moved in front of it, if less of the way from their faces' middles is hidden.
 MOST_BEHIND = 0.5
@@ -27,7 +27,8 @@ class SettledPoints:
     """The estimation points of all objects to bake.
 
     rows      for each object the point (C,) of each face corner, -1 for none
-    centres   (N, 3) metres; normals (N, 3) unit
+    centres   (N, 3) metres; normals (N, 3) unit, by which the points are shaded
+    facing    (N, 3) unit normals of the triangles that show the point's colour
     inward    (N, 3) metres, from each point into the triangles that show its colour, away from their edges
     covered   (N,) whether another face lies against that of the point, or stands before it as seen from its middle: if
               the point is dark, the light of the face is not
@@ -36,6 +37,7 @@ class SettledPoints:
     rows: tuple[np.ndarray, ...]
     centres: np.ndarray
     normals: np.ndarray
+    facing: np.ndarray
     inward: np.ndarray
     covered: np.ndarray
 
@@ -75,11 +77,14 @@ def settled_points(points: list[CornerPoints], surfaces: list[MeshSurface], scen
     shared = 3 * rows + np.where(moved, 2, covered)
     key = np.where(alone, 3 * len(corners.centres) + np.arange(len(rows)), shared)[used]
     _, first, rows[used] = np.unique(key, return_index=True, return_inverse=True)
-    first, inward = used[first], means(inward[used], rows[used], len(first), corners.angles[used])
-    ends = np.cumsum([len(part.rows) for part in points], dtype=np.int64)
-    return SettledPoints(
-        tuple(np.split(rows, ends))[:-1], centres[first], corners.normals[corners.rows[first]], inward, covered[first]
+    facing, inward = (
+        means(part[used], rows[used], len(first), corners.angles[used]) for part in (corners.facing, inward)
     )
+    first = used[first]
+    normals = corners.normals[corners.rows[first]]
+    ends = np.cumsum([len(part.rows) for part in points], dtype=np.int64)
+    rows = tuple(np.split(rows, ends))[:-1]
+    return SettledPoints(rows, centres[first], normals, sides_meant(facing, normals), inward, covered[first])
 
 
 def _shares(groups: np.ndarray, members: np.ndarray) -> np.ndarray:

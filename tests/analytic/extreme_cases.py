@@ -54,9 +54,9 @@ def case(name: str, expected: str):
     return added
 
 
-def baked(scene: Scene, points, normals, photons: float, **settings) -> BakeResult:
+def baked(scene: Scene, points, normals, photons: float, inward=None, **settings) -> BakeResult:
     settings = {"radius": 0.1, "quality": "draft"} | settings
-    return finished(bake(scene, points, normals, BakeSettings(photons=int(photons), **settings)))
+    return finished(bake(scene, points, normals, BakeSettings(photons=int(photons), **settings), inward))
 
 
 def lamp_room(albedo=0.6, power=(30.0, 20.0, 10.0)) -> tuple[Scene, np.ndarray, np.ndarray]:

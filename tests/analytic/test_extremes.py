@@ -1,5 +1,6 @@
 """Bakes stay right at the numerical extremes: every case of extreme_cases.py, small."""
 
+import extent_cases  # noqa: F401 it adds its cases
 import extreme_cases
 import pytest
 

@@ -23,7 +23,7 @@ def test_without_noise_every_element_reads_one(name, domain):
     placed = placed_discs(enclosure, RADII[domain])
     values = limit(enclosure, placed, RAYS, np.random.default_rng(3))
     exported = enclosure.exported
-    places = standpoints(RayCaster(exported.scene.corners), exported.centres, exported.normals, exported.inward)
+    places = standpoints(RayCaster(exported.scene.corners), exported.centres, exported.facing, exported.inward)
     hidden = placed.area.hidden | (Standpoints.joined(list(places)).enclosed & (values == 0))
     # Of a value that is off by just as much as allowed the rays' count varies so much.
     error = np.sqrt(ALLOWED * (1 - ALLOWED) / RAYS)

@@ -148,16 +148,16 @@ def test_points_of_objects_that_cannot_be_written_are_not_computed(monkeypatch):
     settings, wanted = replace(SETTINGS, indirect="photons"), []
     real = job.bake
 
-    def watched(scene, centres, normals, given, inward):
+    def watched(scene, centres, *others):
         wanted.append(len(centres))
-        return real(scene, centres, normals, given, inward)
+        return real(scene, centres, *others)
 
     monkeypatch.setattr(job, "bake", watched)
-    report, _ = finished(steps(settings=settings))
+    report, _ = finished(steps(settings=settings, fit="vertices"))
     assert wanted == [24] and report.points == 24
     alone = colours("Box")
     bpy.data.objects["Floor"].data.attributes.remove(bpy.data.objects["Floor"].data.attributes["irradiance"])
-    finished(steps(settings=settings))
+    finished(steps(settings=settings, fit="vertices"))
     np.testing.assert_array_equal(colours("Box"), alone)
 
 

@@ -12,7 +12,7 @@ from detp.core.rays import RayCaster
 from detp.core.sampling import cosine_hemisphere, frames
 from rooms import box_quads, scene_of
 
-CELLS = Cells(np.zeros(3), 1.0, 0.01)
+CELLS = Cells(np.full(3, -1.0), 0.01)
 
 
 def test_a_table_finds_what_was_put_in_and_nothing_else():

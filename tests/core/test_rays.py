@@ -42,12 +42,40 @@ def test_hit_points_lie_on_the_plane_in_double_precision_far_from_the_origin():
 def test_rays_leaving_a_surface_do_not_hit_it_again(offset):
     caster = RayCaster(square(offset=offset))
     generator = np.random.default_rng(2)
-    origins = np.c_[generator.random((20000, 2)), np.full(20000, caster.tolerance)] + offset
+    origins = np.c_[generator.random((20000, 2)), np.zeros(20000)] + offset
+    origins[:, 2] += caster.tolerance(origins)
     cosine = 10.0 ** generator.uniform(-7, 0, 20000)
     azimuth = generator.uniform(0, 2 * np.pi, 20000)
     sine = np.sqrt(1 - cosine**2)
     directions = np.c_[sine * np.cos(azimuth), sine * np.sin(azimuth), cosine]
     assert (caster.first_hits(origins, directions).triangle < 0).all()
+
+
+@pytest.mark.parametrize("size, distance", [(1e-2, 1e3), (1.0, 1e3), (1e4, 0.0), (1e4, 1.0), (1e6, 0.0)])
+def test_half_the_tolerance_keeps_clear_of_triangles_of_any_size_turned_any_way(size, distance):
+    generator = np.random.default_rng(6)
+    for _ in range(5):
+        turn = np.linalg.qr(generator.normal(size=(3, 3)))[0]
+        corners = (square(size) - (size / 2, size / 2, 0)) @ turn.T + distance * generator.uniform(-1, 1, 3)
+        caster = RayCaster(corners, generator.normal(size=(100, 3)))
+        # Places all over it, and as many close to where coordinates are most exact.
+        weights = np.sort(generator.random((2000, 2)), axis=1)
+        weights = np.diff(weights, prepend=0.0, append=1.0, axis=1)
+        places = np.einsum("kc,kcx->kx", weights, corners[generator.integers(0, 2, 2000)])
+        middle = corners.reshape(-1, 3).mean(axis=0)
+        places = np.concatenate([places, middle + (places - middle) * 10.0 ** generator.uniform(-6, 0, (2000, 1))])
+        origins = places + 0.5 * caster.tolerance(places)[:, None] * caster.normals[0]
+        cosine = 10.0 ** generator.uniform(-5, 0, len(places))
+        azimuth, sine = generator.uniform(0, 2 * np.pi, len(places)), np.sqrt(1 - cosine**2)
+        directions = np.c_[sine * np.cos(azimuth), sine * np.sin(azimuth), cosine]
+        directions = directions @ np.stack([turn[:, 0], turn[:, 1], caster.normals[0]])
+        assert (caster.first_hits(origins, directions).triangle < 0).all()
+        # Rounding may tell whether a place near the edge lies on it.
+        below = caster.first_hits(origins, np.tile(-caster.normals[0], (len(origins), 1)))
+        hit = below.triangle >= 0
+        assert hit.mean() > 0.98
+        off = np.linalg.norm(below.points - places, axis=1)
+        assert (off[hit] < 4 * caster.tolerance(places[hit])).all()
 
 
 def test_the_number_of_threads_changes_nothing(monkeypatch):

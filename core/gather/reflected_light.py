@@ -49,10 +49,10 @@ class ReflectedLight:
     def sent(self, look: Look, rows: np.ndarray, directions, triangle, places) -> np.ndarray:
         """Radiosity (K, 6) W/m^2 of each ``triangle`` (K,), -1 for none, met at ``places`` (K, 3), in two halves.
 
-        The ``rows`` (K,) of the look's rays met them, along unit ``directions`` (K, 3).
+        The ``rows`` (K,) of the look's rays met them, which go along unit ``directions`` (R, 3), all of them.
         """
         found = np.zeros((len(triangle), 6))
-        met, triangle, landings = self._landings(look.rays.points.take(rows, axis=0), directions, triangle, places)
+        met, triangle, landings = self._landings(look.rays.points, directions, rows, triangle, places)
         albedo, cell = self._albedo.take(triangle, axis=0), self._records.find(landings, landings.lengths)
         sent = self._known(1).take(cell, axis=0) * albedo
         left = np.flatnonzero(cell < 0)
@@ -65,13 +65,15 @@ class ReflectedLight:
         """The light (C + 1, 6) at records that counts where the next reflection is the one of that number."""
         return self._direct if reflections == self._bounces else self._all
 
-    def _landings(self, origins, directions, triangle, places) -> tuple[np.ndarray, np.ndarray, Landings]:
-        """Which of the rays land on surfaces that reflect, on which ``triangle``, and how."""
+    def _landings(self, points, directions, rows, triangle, places) -> tuple[np.ndarray, np.ndarray, Landings]:
+        """Which of the ``rows`` (K,) of rays land on surfaces that reflect, on which triangle, and how.
+
+        They leave ``points`` (R, 3) along ``directions`` (R, 3), and meet ``triangle`` (K,) at ``places`` (K, 3).
+        """
         met = np.flatnonzero(self._reflects.take(triangle, mode="wrap"))
-        origins, directions, triangle, places = (
-            part.take(met, axis=0) for part in (origins, directions, triangle, places)
-        )
-        return met, triangle, Landings.of(self._caster, origins, directions, triangle, places)
+        at, triangle, places = rows.take(met), triangle.take(met), places.take(met, axis=0)
+        ahead = points.take(at, axis=0), directions.take(at, axis=0)
+        return met, triangle, Landings.of(self._caster, *ahead, triangle, places)
 
     def _followed(self, ways: _Ways, look: Look, group: np.ndarray) -> np.ndarray:
         """What comes back (K, 6) of K rays, from ``group`` (K,), that are followed along ``ways``."""
@@ -114,8 +116,7 @@ class ReflectedLight:
                 at, there = rows.take(mine), (hits.triangle.take(mine), hits.points.take(mine, axis=0))
                 radiance, density = source.met(points.take(at, axis=0), directions.take(at, axis=0), *there)
                 light[at] += radiance * share.take(mine, axis=0) * _balanced(density, cosine.take(at))
-            ahead = points.take(rows, axis=0), directions.take(rows, axis=0)
-            met, triangle, landings = self._landings(*ahead, hits.triangle, hits.points)
+            met, triangle, landings = self._landings(points, directions, rows, hits.triangle, hits.points)
             share = share.take(met, axis=0) * self._albedo.take(triangle, axis=0)[:, :3]
             onward.append(ways.onward(rows.take(met), share, landings))
         return light, _Ways.joined(onward)

@@ -61,6 +61,6 @@ class ReflectedLight(Protocol):
     def sent(self, look: Look, rows: np.ndarray, directions, triangle, places) -> np.ndarray:
         """Radiosity (K, 6) W/m^2 of each ``triangle`` (K,), -1 for none, met at ``places`` (K, 3), in two halves.
 
-        The ``rows`` (K,) of the look's rays met them, along unit ``directions`` (K, 3).
+        The ``rows`` (K,) of the look's rays met them, which go along unit ``directions`` (R, 3), all of them.
         """
         ...

@@ -110,17 +110,20 @@ class LooksByNumPy:
 
     def _arriving(self, look, points, directions, surfaces: Surfaces, lights, sent_on):
         """The same of those ``lights`` alone, as far as ``surfaces`` let it pass."""
-        for rows, hits, share in surfaces.met(points, directions, self._reach):
+        for layer, (rows, hits, share) in enumerate(surfaces.met(points, directions, self._reach)):
             for light in lights:
                 mine = np.flatnonzero(light.among(hits.triangle))
-                at = rows[mine]
-                radiance, density = light.met(points[at], directions[at], hits.triangle[mine], hits.points[mine])
+                at, there = rows.take(mine), (hits.triangle.take(mine), hits.points.take(mine, axis=0))
+                radiance, density = light.met(points.take(at, axis=0), directions.take(at, axis=0), *there)
                 if id(light) in look.aims:
                     density = density * look.aims[id(light)].factor(look.row[at], hits.triangle[mine])
                 yield at, density, radiance * share[mine]
             if sent_on is not None:
-                sent = self.reflected.sent(look, rows, directions[rows], hits.triangle, hits.points)
-                sent_on[rows] += np.tile(share, 2) * sent
+                sent = self.reflected.sent(look, rows, directions, hits.triangle, hits.points)
+                if layer:
+                    sent_on[rows] += np.tile(share, 2) * sent
+                else:
+                    sent_on += sent
 
 
 def _strength(light: np.ndarray) -> np.ndarray:

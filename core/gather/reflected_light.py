@@ -50,10 +50,10 @@ class ReflectedLight:
     def sent(self, look: Look, rows: np.ndarray, directions, triangle, places) -> np.ndarray:
         """Radiosity (K, 6) W/m^2 of each ``triangle`` (K,), -1 for none, met at ``places`` (K, 3), in two halves.
 
-        The ``rows`` (K,) of the look's rays met them, along unit ``directions`` (K, 3).
+        The ``rows`` (K,) of the look's rays met them, which go along unit ``directions`` (R, 3), all of them.
         """
         found = np.zeros((len(triangle), 6))
-        met, albedo, landings = self._landings(look.rays.points.take(rows, axis=0), directions, triangle, places)
+        met, albedo, landings = self._landings(look.rays.points, directions, rows, triangle, places)
         cell = self._records.find(landings, landings.lengths)
         sent = self._known(1).take(cell, axis=0) * np.tile(albedo, 2)
         left = np.flatnonzero(cell < 0)
@@ -66,14 +66,16 @@ class ReflectedLight:
         """The light (C + 1, 6) at records that counts where the next reflection is the one of that number."""
         return self._direct if reflections == self._bounces else self._all
 
-    def _landings(self, origins, directions, triangle, places) -> tuple[np.ndarray, np.ndarray, Landings]:
-        """Which of the rays land on surfaces that reflect, what share (L, 3) those do, and how the rays land."""
+    def _landings(self, points, directions, rows, triangle, places) -> tuple[np.ndarray, np.ndarray, Landings]:
+        """Which of the ``rows`` (K,) of rays land on surfaces that reflect, what share (L, 3) those do, and how.
+
+        They leave ``points`` (R, 3) along ``directions`` (R, 3), and meet ``triangle`` (K,) at ``places`` (K, 3).
+        """
         met = np.flatnonzero(self._reflects.take(triangle, mode="wrap"))
-        origins, directions, triangle, places = (
-            part.take(met, axis=0) for part in (origins, directions, triangle, places)
-        )
-        albedo = self._albedo.met(triangle, directions)
-        return met, albedo, Landings.of(self._caster, origins, directions, triangle, places)
+        at, triangle, places = rows.take(met), triangle.take(met), places.take(met, axis=0)
+        ahead = points.take(at, axis=0), directions.take(at, axis=0)
+        albedo = self._albedo.met(triangle, ahead[1])
+        return met, albedo, Landings.of(self._caster, *ahead, triangle, places)
 
     def _followed(self, ways: _Ways, look: Look, group: np.ndarray) -> np.ndarray:
         """What comes back (K, 6) of K rays, from ``group`` (K,), that are followed along ``ways``."""
@@ -119,8 +121,7 @@ class ReflectedLight:
                     light[at] += radiance * share.take(mine, axis=0) * _balanced(density, cosine.take(at))
                 if surfaces is not self._shadows.between.surfaces:
                     continue
-                ahead = points.take(rows, axis=0), directions.take(rows, axis=0)
-                met, albedo, landings = self._landings(*ahead, hits.triangle, hits.points)
+                met, albedo, landings = self._landings(points, directions, rows, hits.triangle, hits.points)
                 onward.append(ways.onward(rows.take(met), share.take(met, axis=0) * albedo, landings))
         return light, _Ways.joined(onward)
 

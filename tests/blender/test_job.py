@@ -158,7 +158,8 @@ def test_points_of_objects_that_cannot_be_written_are_not_computed(monkeypatch):
     alone = colours("Box")
     bpy.data.objects["Floor"].data.attributes.remove(bpy.data.objects["Floor"].data.attributes["irradiance"])
     finished(steps(settings=settings, fit="vertices"))
-    np.testing.assert_array_equal(colours("Box"), alone)
+    # Rays start off surfaces by what rounding asks for, and that depends on where the points are.
+    np.testing.assert_allclose(colours("Box"), alone, rtol=1e-3)
 
 
 def test_many_refusals_are_said_once():

@@ -36,8 +36,10 @@ class ReflectedLight:
         self._surroundings = [light for light in lights if hasattr(light, "met")]
         self._looks = LooksByNumPy(self._surroundings, self._shadows, np.inf)
         self._looks.reflected = self
-        self._albedo = BySide(np.concatenate([scene.albedo, scene.albedo], axis=-1), caster.normals)
-        self._reflects = BySide(scene.albedo.any(axis=-1, keepdims=True), caster.normals)
+        # What surfaces send on of the light on the side that is met, and on the other one.
+        self._sides = [(1.0, BySide(scene.albedo, caster.normals))]
+        if scene.translucency is not None:
+            self._sides.append((-1.0, BySide(scene.translucency, caster.normals)))
         self.know(np.zeros((2 * len(records), 3)), np.zeros((2 * len(records), 3)))
 
     def know(self, direct: np.ndarray, indirect: np.ndarray) -> None:
@@ -52,18 +54,23 @@ class ReflectedLight:
         found = np.zeros((len(triangle), 6))
         if look.followed >= min(self._bounces, MOST_FOLLOWED):
             return found
-        met = np.flatnonzero((triangle >= 0) & self._reflects.met(triangle, directions)[:, 0])
-        rows, directions, triangle, places = (part.take(met, axis=0) for part in (rows, directions, triangle, places))
-        landings = Landings.of(self._caster, look.rays.points.take(rows, axis=0), directions, triangle, places)
+        for side, shares in self._sides:
+            met = np.flatnonzero((triangle >= 0) & shares.met(triangle, directions).any(axis=1))
+            ray, way, hit = rows.take(met), directions.take(met, axis=0), triangle.take(met)
+            begin = look.rays.points.take(ray, axis=0)
+            landings = Landings.of(self._caster, begin, way, hit, places.take(met, axis=0), side)
+            found[met] += self._irradiance(look, landings, ray) * np.tile(shares.met(hit, way), 2)
+        return found
+
+    def _irradiance(self, look: Look, landings: Landings, rows: np.ndarray) -> np.ndarray:
+        """Irradiance (K, 6) at the ``landings`` (K) of those ``rows`` (K,) of a look."""
         cell = self._records.find(landings)
         known = self._direct if look.followed == self._bounces - 1 else self._all
         irradiance = known.take(cell, axis=0)
         unknown = np.flatnonzero(cell < 0)
         if len(unknown):
             irradiance[unknown] = self._around(look, landings.taken(unknown), rows.take(unknown))
-        irradiance *= self._albedo.met(triangle, directions)
-        found[met] = irradiance
-        return found
+        return irradiance
 
     def _around(self, look: Look, landings: Landings, rows: np.ndarray) -> np.ndarray:
         """Irradiance (K, 6) at the ``landings`` (K) of those ``rows`` (K,) of a look, by a ray to each light."""

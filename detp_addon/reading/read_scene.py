@@ -182,9 +182,11 @@ def _scene(read: RenderedObjects, world: list[Light], findings: Findings) -> Sce
     if by_rays and world:
         sentence = "shadow rays to the world: what they pass otherwise than diffuse rays do, the world's light does not"
         findings.left_out(sentence)
+    spread = joined("spread", 0)
     return Scene(
         np.concatenate(vertices), np.concatenate(triangles), joined("albedo", 0), joined("emission", 4),
         joined("transmittance", 0), lights, joined_specular(specular), joined("transmittance", 2) if by_rays else None,
+        spread if spread.any() else None,
     )  # fmt: skip
 
 

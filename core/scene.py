@@ -28,6 +28,8 @@ class Scene:
                    that who receives the light sees
     lights         lamps and the world; emissive triangles are not repeated here
     specular       the triangles that also mirror or refract light, None when the scene has none
+    translucency   (T, 3) share that comes out evenly spread on the other side, RGB, 0..1, by the side that who receives
+                   the light sees; None: nothing does
     unshaded       (T, 3) ``transmittance`` for light on its straight way from lamps and shining triangles, where it is
                    another than for light from the world and from surfaces; None: the same
 
@@ -43,6 +45,7 @@ class Scene:
     lights: tuple[Light, ...] = field(default=())
     specular: Specular | None = None
     unshaded: np.ndarray | None = None
+    translucency: np.ndarray | None = None
 
     def __post_init__(self):
         vertices = float_rows(self.vertices, "vertices")
@@ -58,9 +61,10 @@ class Scene:
         }
         if self.specular is not None and len(self.specular.triangles) and self.specular.triangles[-1] >= count:
             raise InvalidArrayError(f"specular triangles must be rows of the {count} triangles.")
-        if self.unshaded is not None:
-            checked["unshaded"] = sided_rows(self.unshaded, "unshaded", count)
-        for name in {"albedo", "transmittance", "unshaded"} & set(checked):
+        for name in ("unshaded", "translucency"):
+            if getattr(self, name) is not None:
+                checked[name] = sided_rows(getattr(self, name), name, count)
+        for name in {"albedo", "transmittance", "unshaded", "translucency"} & set(checked):
             if (checked[name] < 0).any():
                 raise InvalidArrayError(f"{name} must not be negative.")
         for name, value in checked.items():

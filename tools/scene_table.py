@@ -262,7 +262,8 @@ def _responses(result: ExportedScene) -> np.ndarray:
     """All that is known of what each triangle does to light, one row each."""
     scene = result.scene
     unshaded = scene.transmittance if scene.unshaded is None else scene.unshaded
-    arrays = (scene.albedo, scene.emission, scene.transmittance, unshaded)
+    spread = np.zeros_like(scene.albedo) if scene.translucency is None else scene.translucency
+    arrays = (scene.albedo, scene.emission, scene.transmittance, unshaded, spread)
     both = [np.broadcast_to(array, (2, *array.shape[-2:])) for array in arrays]
     columns = [side for array in both for side in array]
     specular = np.zeros((len(scene.triangles), 11))

@@ -76,15 +76,20 @@ class Landings:
     lengths: np.ndarray
 
     @classmethod
-    def of(cls, caster: RayCaster, origins, directions, triangle: np.ndarray, places: np.ndarray) -> Landings:
-        """Of rays from ``origins`` m along unit ``directions``, (K, 3), to ``triangle`` (K,) at ``places`` (K, 3)."""
+    def of(
+        cls, caster: RayCaster, origins, directions, triangle: np.ndarray, places: np.ndarray, side: float = 1.0
+    ) -> Landings:
+        """Of rays from ``origins`` m along unit ``directions``, (K, 3), to ``triangle`` (K,) at ``places`` (K, 3).
+
+        With ``side`` -1 they are on the other side of the surfaces.
+        """
         away = places - origins
         lengths = np.sqrt(np.einsum("ij,ij->i", away, away))
         normals = caster.normals.take(triangle, axis=0)
         cosine = np.einsum("ij,ij->i", normals, directions)
-        normals *= -np.copysign(1.0, cosine)[:, None]
+        normals *= -side * np.copysign(1.0, cosine)[:, None]
         back = np.minimum(STAND_OFF * caster.tolerance(places) / np.maximum(np.abs(cosine), GRAZING), 0.5 * lengths)
-        return cls(places, places - back[:, None] * directions, normals, lengths)
+        return cls(places, places - side * back[:, None] * directions, normals, lengths)
 
     def taken(self, rows: np.ndarray) -> Landings:
         """Those ``rows`` alone."""
@@ -99,7 +104,9 @@ class Landings:
 def scouted(scene: Scene, caster: RayCaster, points: np.ndarray, normals: np.ndarray, seed: int) -> Landings:
     """Where a few gather rays land from ``points`` (N, 3), clear of surfaces, with unit ``normals`` (N, 3)."""
     wanted = np.clip(SCOUTS * len(points), LEAST_SCOUTS, MOST_SCOUTS)
-    reflects = BySide(scene.albedo.any(axis=-1, keepdims=True), caster.normals)
+    sides = [(1.0, BySide(scene.albedo.any(axis=-1, keepdims=True), caster.normals))]
+    if scene.translucency is not None:
+        sides.append((-1.0, BySide(scene.translucency.any(axis=-1, keepdims=True), caster.normals)))
     surfaces = Shadows(scene, caster).between.surfaces
 
     def found(rows: slice) -> Landings:
@@ -112,9 +119,11 @@ def scouted(scene: Scene, caster: RayCaster, points: np.ndarray, normals: np.nda
         parts = []
         for ray, hits, _ in surfaces.met(origins, directions):
             along = directions.take(ray, axis=0)
-            met = np.flatnonzero((hits.triangle >= 0) & reflects.met(hits.triangle, along)[:, 0])
-            ray, triangle, places = ray.take(met), hits.triangle.take(met), hits.points.take(met, axis=0)
-            parts.append(Landings.of(caster, origins.take(ray, axis=0), along.take(met, axis=0), triangle, places))
+            for side, sends in sides:
+                met = np.flatnonzero((hits.triangle >= 0) & sends.met(hits.triangle, along)[:, 0])
+                begin, way = origins.take(ray.take(met), axis=0), along.take(met, axis=0)
+                triangle, places = hits.triangle.take(met), hits.points.take(met, axis=0)
+                parts.append(Landings.of(caster, begin, way, triangle, places, side))
         return Landings.joined(parts)
 
     return Landings.joined(list(ordered_map(found, slices(len(points), POINTS_PER_CHUNK))))

@@ -38,9 +38,10 @@ class ReflectedLight:
         self._caster, self._records, self._bounces = caster, records, bounces
         self._shadows = Shadows(scene, caster)
         self._surroundings = [light for light in lights if hasattr(light, "met")]
-        self._albedo = BySide(scene.albedo, caster.normals)
-        # The last row stands for no triangle.
-        self._reflects = np.append(any_side(scene.albedo), False)
+        # What surfaces send on of the light on the side that is met, and on the other one.
+        self._sides = [_Side.of(1.0, scene.albedo, caster)]
+        if scene.translucency is not None:
+            self._sides.append(_Side.of(-1.0, scene.translucency, caster))
         self.know(np.zeros((2 * len(records), 3)), np.zeros((2 * len(records), 3)))
 
     def know(self, direct: np.ndarray, indirect: np.ndarray) -> None:
@@ -53,29 +54,30 @@ class ReflectedLight:
         The ``rows`` (K,) of the look's rays met them, which go along unit ``directions`` (R, 3), all of them.
         """
         found = np.zeros((len(triangle), 6))
-        met, albedo, landings = self._landings(look.rays.points, directions, rows, triangle, places)
-        cell = self._records.find(landings, landings.lengths)
-        sent = self._known(1).take(cell, axis=0) * np.tile(albedo, 2)
-        left = np.flatnonzero(cell < 0)
-        ways = _Ways(left, albedo.take(left, axis=0), landings.lengths.take(left), landings.taken(left))
-        sent += self._followed(ways, look, look.rays.group.take(rows.take(met)) + look.first)
-        found[met] = sent
+        for side in self._sides:
+            met, share, landings = self._landings(side, look.rays.points, directions, rows, triangle, places)
+            cell = self._records.find(landings, landings.lengths)
+            sent = self._known(1).take(cell, axis=0) * np.tile(share, 2)
+            left = np.flatnonzero(cell < 0)
+            ways = _Ways(left, share.take(left, axis=0), landings.lengths.take(left), landings.taken(left))
+            sent += self._followed(ways, look, look.rays.group.take(rows.take(met)) + look.first)
+            found[met] += sent
         return found
 
     def _known(self, reflections: int) -> np.ndarray:
         """The light (C + 1, 6) at records that counts where the next reflection is the one of that number."""
         return self._direct if reflections == self._bounces else self._all
 
-    def _landings(self, points, directions, rows, triangle, places) -> tuple[np.ndarray, np.ndarray, Landings]:
-        """Which of the ``rows`` (K,) of rays land on surfaces that reflect, what share (L, 3) those do, and how.
+    def _landings(self, side: _Side, points, directions, rows, triangle, places):
+        """Which of the ``rows`` (K,) of rays land where light from that side is sent on, what share (L, 3) of it, and
+        how the rays land.
 
         They leave ``points`` (R, 3) along ``directions`` (R, 3), and meet ``triangle`` (K,) at ``places`` (K, 3).
         """
-        met = np.flatnonzero(self._reflects.take(triangle, mode="wrap"))
+        met = np.flatnonzero(side.sends.take(triangle, mode="wrap"))
         at, triangle, places = rows.take(met), triangle.take(met), places.take(met, axis=0)
         ahead = points.take(at, axis=0), directions.take(at, axis=0)
-        albedo = self._albedo.met(triangle, ahead[1])
-        return met, albedo, Landings.of(self._caster, *ahead, triangle, places)
+        return met, side.share.met(triangle, ahead[1]), Landings.of(self._caster, *ahead, triangle, places, side.sign)
 
     def _followed(self, ways: _Ways, look: Look, group: np.ndarray) -> np.ndarray:
         """What comes back (K, 6) of K rays, from ``group`` (K,), that are followed along ``ways``."""
@@ -121,8 +123,9 @@ class ReflectedLight:
                     light[at] += radiance * share.take(mine, axis=0) * _balanced(density, cosine.take(at))
                 if surfaces is not self._shadows.between.surfaces:
                     continue
-                met, albedo, landings = self._landings(points, directions, rows, hits.triangle, hits.points)
-                onward.append(ways.onward(rows.take(met), share.take(met, axis=0) * albedo, landings))
+                for side in self._sides:
+                    met, part, landings = self._landings(side, points, directions, rows, hits.triangle, hits.points)
+                    onward.append(ways.onward(rows.take(met), share.take(met, axis=0) * part, landings))
         return light, _Ways.joined(onward)
 
     def _aim(self, source: Surroundings, points, normals, uniforms, light: np.ndarray) -> None:
@@ -141,6 +144,25 @@ class ReflectedLight:
         lit = np.flatnonzero((red != 0) | (green != 0) | (blue != 0))
         ways = points.take(lit, axis=0), lamps.directions.take(lit, axis=0), lamps.distances.take(lit)
         light[lit] += lamps.light.take(lit, axis=0) * self._shadows.transmitted(*ways)
+
+
+@dataclass(frozen=True)
+class _Side:
+    """What T triangles send on, to who meets them, of light on one of their sides.
+
+    sign   1 for the side that is met, -1 for the other one
+    share  of each triangle, RGB, by the side that is met
+    sends  (T + 1,) whether a triangle sends on any; the last row stands for no triangle
+    """
+
+    sign: float
+    share: BySide
+    sends: np.ndarray
+
+    @classmethod
+    def of(cls, sign: float, share: np.ndarray, caster: RayCaster) -> _Side:
+        """Of a ``share`` (T, 3), or (2, T, 3), of the triangles of ``caster``."""
+        return cls(sign, BySide(share, caster.normals), np.append(any_side(share), False))
 
 
 @dataclass(frozen=True)

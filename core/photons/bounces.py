@@ -25,8 +25,9 @@ REACH_BEHIND = 2
 #: The smallest cosine for which a segment is lengthened to reach the tolerance behind its hit.
 GRAZING_COSINE = 0.01
 
-#: What Russian roulette does with a particle: reflect it diffusely, let it pass straight on, mirror or refract it.
-ABSORBED, REFLECTED, PASSED, MIRRORED, REFRACTED = range(5)
+#: What Russian roulette does with a particle: reflect it diffusely, spread it evenly on the other side, let it pass
+#: straight on, mirror or refract it.
+ABSORBED, REFLECTED, SPREAD, PASSED, MIRRORED, REFRACTED = range(6)
 
 #: How many uniform random numbers each hit uses: its fate, and the direction after diffuse reflection.
 HIT_DIMENSIONS = 3
@@ -57,6 +58,7 @@ class Bounces:
 
     albedo         by the side that light meets
     passing        None when nothing lets light pass straight on and nothing is specular
+    translucency   by the side that who receives the light sees, or None
     specular       those that also mirror or refract, or None
     bounds         left by segments that meet nothing
     most           bounces
@@ -66,6 +68,7 @@ class Bounces:
     caster: RayCaster
     albedo: BySide
     passing: Passing | None
+    translucency: BySide | None
     specular: SpecularSurfaces | None
     bounds: Bounds
     most: int
@@ -135,14 +138,21 @@ class Bounces:
         The directions are those after a straight passage, mirror or refraction; diffuse reflection has yet to choose.
         """
         triangle, choice = hits.triangle.take(rows), uniforms[:, 0]
-        shares = [self.albedo.met(triangle, directions)]
-        if self.passing is None:
-            return *_roulette(flux, shares, choice), directions
-        shares.append(self.passing.share(triangle, directions, straight))
+        fates, shares = [ABSORBED, REFLECTED], [self.albedo.met(triangle, directions)]
+        if self.passing is not None:
+            fates.append(PASSED)
+            shares.append(self.passing.share(triangle, directions, straight))
+        if self.specular is not None:
+            turns = self.specular.turns(triangle, directions, hits.points.take(rows, axis=0), generator)
+            fates += [MIRRORED, REFRACTED]
+            shares += [turns.mirrored, turns.refracted]
+        if self.translucency is not None:
+            fates.append(SPREAD)
+            shares.append(self.translucency.met(triangle, -directions))
+        fate, flux = _roulette(flux, shares, choice)
+        fate = np.array(fates, np.uint8).take(fate)
         if self.specular is None:
-            return *_roulette(flux, shares, choice), directions
-        turns = self.specular.turns(triangle, directions, hits.points.take(rows, axis=0), generator)
-        fate, flux = _roulette(flux, [*shares, turns.mirrored, turns.refracted], choice)
+            return fate, flux, directions
         directions = np.where((fate == MIRRORED)[:, None], turns.mirrored_direction, directions)
         return fate, flux, np.where((fate == REFRACTED)[:, None], turns.refracted_direction, directions)
 
@@ -152,13 +162,13 @@ class Bounces:
         facing = -np.copysign(1.0, _dot(normals, directions))[:, None] * normals
         places = hits.points.take(rows, axis=0)
         away = self.caster.tolerance(places)
-        if self.passing is None:
+        if self.passing is None and self.translucency is None:
             turned = cosine_hemisphere(facing, uniforms)
         else:
-            reflects = fate == REFLECTED
+            diffuse, side = fate <= SPREAD, np.where(fate == REFLECTED, 1.0, -1.0)[:, None]
             turned = directions.copy()
-            turned[reflects] = cosine_hemisphere(facing[reflects], uniforms[reflects])
-            away = np.where(reflects, away, -away)
+            turned[diffuse] = cosine_hemisphere((side * facing)[diffuse], uniforms[diffuse])
+            away = away * side[:, 0]
         return places + away[:, None] * facing, turned
 
 

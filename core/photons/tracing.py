@@ -53,7 +53,8 @@ class PhotonTracer:
         passes = specular is not None or scene.transmittance.any() or straight is not None
         passing = Passing(BySide(scene.transmittance, caster.normals), straight) if passes else None
         albedo = BySide(scene.albedo, caster.normals)
-        self._bounces = Bounces(caster, albedo, passing, specular, bounds, bounces, direct)
+        spread = None if scene.translucency is None else BySide(scene.translucency, caster.normals)
+        self._bounces = Bounces(caster, albedo, passing, spread, specular, bounds, bounces, direct)
         # Indirect light all comes from surfaces: what passes beside them need not be emitted.
         whole = scene.bounds
         margin = 2 * EMISSION_LIFT * float(caster.tolerance(np.stack([whole.lower, whole.upper])).max())

@@ -35,6 +35,7 @@ def without_faint(response: Response) -> Response:
         albedo=response.albedo + response.mirror,
         emission=response.emission,
         transmittance=response.transmittance + response.clear,
+        spread=response.spread,
     )
     return _chosen(specular < _FAINT, plain, response)
 
@@ -59,7 +60,8 @@ def straightened(response: Response, sheet) -> Response:
     reflectance = mean_reflectance(response.ior, sheet)
     mirror = response.mirror + reflectance * response.gloss
     through = response.transmittance + (1 - reflectance) * response.clear
-    return Response.of(response.albedo, response.emission, through, mirror, roughness=response.roughness)
+    roughness, spread = response.roughness, response.spread
+    return Response.of(response.albedo, response.emission, through, mirror, roughness=roughness, spread=spread)
 
 
 def mean_reflectance(ior: np.ndarray, sheet) -> np.ndarray:

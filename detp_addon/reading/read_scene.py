@@ -174,8 +174,12 @@ def _scene(read: RenderedObjects, world: list[Light], findings: Findings) -> Sce
     if unshaded is not None and world:
         sentence = "shadow rays to the world: what they pass otherwise than diffuse rays do, the world's light does not"
         findings.left_out(sentence)
+    spread = seen("spread", 0, diffuse, 0.0)
     specular, lights = specular_table(read.surfaces, optics.front, read.placements, placed), (*read.lights, *world)
-    return Scene(placed.vertices, placed.triangles, albedo, emission, between, lights, specular, unshaded)
+    return Scene(
+        placed.vertices, placed.triangles, albedo, emission, between, lights, specular, unshaded,
+        spread if spread.any() else None,
+    )  # fmt: skip
 
 
 def _targets(

@@ -119,12 +119,8 @@ def _as_diffuse(identifier: str, feature: str):
     return rule
 
 
-def _as_passage(feature: str):
-    def rule(shaders: Shaders, node, groups) -> Response:
-        shaders.left_out(feature)
-        return Response.of(transmittance=shaders.values.input(node, "Color", groups))
-
-    return rule
+def _translucent(shaders: Shaders, node, groups) -> Response:
+    return Response.of(spread=shaders.values.input(node, "Color", groups))
 
 
 def _glossy(shaders: Shaders, node, groups) -> Response:
@@ -203,7 +199,7 @@ SHADER_RULES = {
     "ShaderNodeBsdfMetallic": _metallic,
     "ShaderNodeBsdfGlass": _glass,
     "ShaderNodeBsdfRefraction": _glass,
-    "ShaderNodeBsdfTranslucent": _as_passage("translucency of {}, through which light goes straight on"),
+    "ShaderNodeBsdfTranslucent": _translucent,
     "ShaderNodeBsdfTransparent": _transparent,
     "ShaderNodeEmission": _emission,
     "ShaderNodeBackground": _emission,

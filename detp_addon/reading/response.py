@@ -19,6 +19,7 @@ class Response:
     clear          the same share, in the tint of what it lets in or out
     blur           roughness of what mirrors or refracts, times its share
     bend           index of refraction, times the share of the clear boundary
+    spread         share that comes out evenly on the other side
 
     All of them add up where responses do.
     """
@@ -31,15 +32,27 @@ class Response:
     clear: np.ndarray
     blur: np.ndarray
     bend: np.ndarray
+    spread: np.ndarray
 
     @classmethod
     def of(
-        cls, albedo=0.0, emission=0.0, transmittance=0.0, mirror=0.0, gloss=0.0, clear=0.0, roughness=0.0, ior=1.0
+        cls,
+        albedo=0.0,
+        emission=0.0,
+        transmittance=0.0,
+        mirror=0.0,
+        gloss=0.0,
+        clear=0.0,
+        roughness=0.0,
+        ior=1.0,
+        spread=0.0,
     ) -> Response:
         """A response from arrays (m, 3 or 1) or single numbers."""
-        colours = [np.atleast_2d(v) * np.ones((1, 3)) for v in (albedo, emission, transmittance, mirror, gloss, clear)]
+        *colours, spread = (
+            np.atleast_2d(v) * np.ones((1, 3)) for v in (albedo, emission, transmittance, mirror, gloss, clear, spread)
+        )
         glass = _glass(*colours[4:])
-        return cls(*colours, roughness * (colours[3].mean(axis=1, keepdims=True) + glass), ior * glass)
+        return cls(*colours, roughness * (colours[3].mean(axis=1, keepdims=True) + glass), ior * glass, spread)
 
     @classmethod
     def none(cls, count: int) -> Response:

@@ -102,13 +102,15 @@ def test_principled_splits_its_base_colour():
 @pytest.mark.parametrize("kind, albedo, through", [
     ("ShaderNodeBsdfDiffuse", 1, 0),
     ("ShaderNodeSubsurfaceScattering", 1, 0),
-    ("ShaderNodeBsdfTranslucent", 0, 1),
+    ("ShaderNodeBsdfTranslucent", 0, 0),
     ("ShaderNodeBsdfTransparent", 0, 1),
 ])  # fmt: skip
 def test_plain_shaders(kind, albedo, through):
     shade = np.array([0.2, 0.4, 0.6])
     result = surface_of(lambda tree: node(tree, kind, Color=(*shade, 1)))
     assert np.allclose(result[0], albedo * shade) and np.allclose(result[2], through * shade)
+    spread = result[3].scene.translucency
+    assert spread is None if albedo + through else np.allclose(spread, shade)
 
 
 def test_mixed_and_added_shaders_and_groups():

@@ -60,6 +60,9 @@ STATIONS = {
     "two colours": (
         lambda: mixed(BACKFACING, ("BsdfDiffuse", {"Color": (0.9, 0.1, 0.1, 1)}), GLOW), True, (),
     ),
+    "translucent": (
+        lambda: material(lambda tree: node(tree, "ShaderNodeBsdfTranslucent", Color=(0.7, 0.5, 0.3, 1))), False, (),
+    ),
     "shining where shadow rays pass": (lambda: mixed(SHADOW, GLOW), False, ()),
 }  # fmt: skip
 

@@ -36,6 +36,9 @@ LACKING = 6.0
 #: their face is lit elsewhere.
 UNLIT_SHARE, UNLIT = 1e-3, 0.05
 
+#: So many standard errors of a place may be noise.
+NOISE = 2.0
+
 #: Values may leave the range of what was found on their triangles by this share of it: vertices are its farthest ends.
 RANGE = 0.05
 
@@ -125,7 +128,7 @@ class VertexFit:
             level = np.abs(value).sum(axis=1)
             if turn + 1 == ROUGHLY:
                 differ = self._differences(level, self._spread(equations, weights, errors), usual)
-            weights = area * _weights(np.abs(self.shown(value)).sum(axis=1), found, usual)
+            weights = area * _weights(np.abs(self.shown(value)).sum(axis=1), found, errors.sum(axis=1), usual)
         spread = np.sqrt((self._spread(equations, weights, errors) ** 2).mean(axis=1))
         channels = self._sums(weights[:, None] * errors)
         spread = spread[:, None] * channels / np.maximum(channels.sum(axis=1, keepdims=True), 1e-300)
@@ -256,8 +259,13 @@ class VertexFit:
         return np.where(known, least, -np.inf), np.where(known, margin - high, np.inf)
 
 
-def _weights(shown: np.ndarray, found: np.ndarray, usual: float) -> np.ndarray:
-    """How much places (K,) weigh, where ``shown`` (K,) is what they show of what was ``found`` (K,)."""
+def _weights(shown: np.ndarray, found: np.ndarray, errors: np.ndarray, usual: float) -> np.ndarray:
+    """How much places (K,) weigh, where ``shown`` (K,) is what they show of what was ``found`` (K,) with ``errors``.
+
+    Differences that may be noise count as none: else places where noise found too little would weigh the more.
+    """
+    away = found - shown
+    found = shown + np.sign(away) * np.maximum(np.abs(away) - NOISE * errors, 0.0)
     scale = shown + found + USUAL * usual
     off = np.abs(shown - found) / scale
     lacks = np.divide(found - shown, found, out=np.zeros_like(found), where=found > 0)

@@ -114,3 +114,14 @@ def test_parts_of_the_light_make_up_the_whole():
     part = fit.fitted(whole, none, Irradiance(1.0 + 0.0 * x, nothing)).part
     rest = fit.fitted(whole, none, Irradiance(2.0 * x, nothing)).part
     assert part + rest == pytest.approx(fit.fitted(whole, none).light.value, rel=2e-3)
+
+
+def test_noise_that_is_skewed_makes_no_bias():
+    faces, _ = plane(16)
+    places = faces.drawn(0)
+    true, none = np.ones((len(places.area), 3)), np.zeros(len(places.area), bool)
+    means = []
+    for seed in range(4):
+        noisy = np.random.default_rng(seed).gamma(25.0, 0.04, (len(true), 1)) * true
+        means.append(VertexFit(faces, places).fitted(Irradiance(noisy, 0.2 * true), none).light.value.mean())
+    assert np.mean(means) == pytest.approx(1.0, abs=0.005)

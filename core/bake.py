@@ -139,7 +139,7 @@ def bake(
     lights = shining if settings.direct_by == "shadow-rays" else []
     rays, by_rays = None, Irradiance.dark(len(centres))
     if lights or gathers:
-        rays = DirectLight(scene, caster, places.origins, normals, settings, lights, places.enclosed)
+        rays = DirectLight(scene, caster, places.origins, normals, settings, lights)
     if lights:
         # Direct light first: it needs no disc, and is what a user sees soonest.
         for _ in stopwatch.timed("shadow", rays.rounds(0, first_rounds(rays, settings, start))):

@@ -161,7 +161,7 @@ def bake(
     rays, by_rays = None, Irradiance.dark(len(centres))
     if lights or gathers:
         stands = Stands(centres, places.origins, None if np.allclose(faces, normals, 0, SAME) else faces)
-        rays = DirectLight(scene, caster, stands, normals, settings, lights, places.enclosed)
+        rays = DirectLight(scene, caster, stands, normals, settings, lights)
     if lights:
         # Direct light first: it needs no disc, and is what a user sees soonest.
         for _ in stopwatch.timed("shadow", rays.rounds(0, first_rounds(rays, settings, start))):

@@ -10,7 +10,6 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ..estimator.enclosure import unlit
 from ..gatherers.ranges import blocks
 from ..irradiance import Irradiance
 from ..lights.light import Light
@@ -55,9 +54,7 @@ class DirectLight:
     estimate. Equal seeds give equal results on any number of threads. Surfaces farther than the settings' shadow
     distance do not shade a point from the world. From :meth:`gather` on, rays by chance also gather reflected light.
 
-    ``lights`` are all that count: none where the direct light is not looked for, or by photons. Points that are
-    ``enclosed`` (N,) in closed geometry, where nobody looks, get no more rays once the first that gather left
-    them unlit.
+    ``lights`` are all that count: none where the direct light is not looked for, or by photons.
 
     Attributes ``done``: how many rounds there were, of all points on average; ``rays``: how many rays they cast.
     """
@@ -70,13 +67,11 @@ class DirectLight:
         normals: np.ndarray,
         settings: BakeSettings,
         lights: Sequence[Light],
-        enclosed: np.ndarray | None = None,
     ):
         self._seed = settings.seed
         stands = stands if isinstance(stands, Stands) else Stands(stands, stands)
         points = stands.origins
         self._groups = PointGroups.of(points, normals)
-        self._enclosed = np.zeros(len(points), bool) if enclosed is None else enclosed[self._groups.order]
         self._stands, self._normals = stands.taken(self._groups.order), normals[self._groups.order]
         self._points = self._stands.origins
         self._shadows, self._reach = Shadows(scene, caster), settings.shadow_distance or np.inf
@@ -236,10 +231,7 @@ class DirectLight:
             # One look around brings both.
             around = reflected[0], np.where(np.isnan(around[1]), 0.0, around[1]) + reflected[1]
         had, variance = zip(lamps, around, strict=True)
-        buried = (
-            self._enclosed & (self._reflected.before.count + self._reflected.after.count > 0) & unlit(light[:, None])
-        )
-        return tuple(np.where(buried, 0, rounds) for rounds in planned(end - begin, had, variance, self._lights.costs))
+        return planned(end - begin, had, variance, self._lights.costs)
 
     def _relative_light(self, other: np.ndarray | None = None, rows: slice = slice(None)) -> np.ndarray:
         """All light (K,) at those ``rows``, RGB sum, by plain means, to which errors are relative."""

@@ -17,8 +17,8 @@ from ..scene import Scene
 from ..sides import BySide, any_side
 from .records import Landings, Records
 
-#: Rays are followed over so many landings at most; the light that is left there is next to nothing.
-MOST_FOLLOWED = 8
+#: Rays are followed over so many landings at most; hardly any go on for so long.
+MOST_FOLLOWED = 24
 
 #: Rays of whose light less than this share would come back are followed in that proportion only.
 SURE = 0.5

@@ -1,5 +1,7 @@
 """Embree behind its one wrapper: hits, misses, exact hit points, no hits on the own surface, threads."""
 
+import threading
+
 import numpy as np
 import pytest
 from detp.core import parallel
@@ -91,6 +93,16 @@ def test_the_number_of_threads_changes_nothing(monkeypatch):
     for other in found[1:]:
         assert np.array_equal(found[0].triangle, other.triangle)
         assert np.array_equal(found[0].points, other.points)
+
+
+def test_tasks_in_threads_share_no_work_out_themselves(monkeypatch):
+    monkeypatch.setattr(parallel, "worker_count", lambda: 2)
+
+    def threads(task):
+        return threading.get_ident(), set(parallel.ordered_map(lambda part: threading.get_ident(), range(4)))
+
+    for own, helpers in parallel.ordered_map(threads, range(2)):
+        assert helpers == {own}
 
 
 def test_what_is_no_farther_than_asked_for_is_found():

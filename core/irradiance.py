@@ -16,6 +16,10 @@ HALVINGS = 24
 #: Points with less than this share of the light that is usual in a scene are seen as dark, whatever their own light.
 DARK_SHARE = 0.02
 
+#: Points with a smaller relative standard error than this are sure; the others speak for themselves when they are more
+#: than such a share of all.
+SURE, FEW = 1e-3, 0.01
+
 
 @dataclass(frozen=True)
 class Irradiance:
@@ -46,6 +50,13 @@ class Irradiance:
         light is known of half of them.
         """
         return error_within(self.relative_errors, 0.5)
+
+    @cached_property
+    def unsure_error(self) -> float:
+        """The same of the points alone whose light is not sure: the open does not vouch for what lies in shadow."""
+        errors = self.relative_errors
+        unsure = errors[errors > SURE]
+        return error_within(unsure, 0.5) if len(unsure) > FEW * len(errors) else self.relative_error
 
     @cached_property
     def seen_errors(self) -> np.ndarray:

@@ -137,7 +137,7 @@ class Refinement:
 
     def observe(self, by_rays: Irradiance, by_photons: Irradiance, light: Irradiance) -> None:
         """Look at what has been found: ``light`` is all, blur included, the others what more of each would mend."""
-        self._error, goal = light.relative_error, self._settings.aimed_noise
+        self._error, goal = light.unsure_error, self._settings.aimed_noise
         if self._photons is not None and self._cells and self._due:
             return
         lit = np.flatnonzero(np.abs(light.value).sum(axis=1) > 0)

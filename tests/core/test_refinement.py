@@ -128,6 +128,20 @@ def test_exact_light_needs_one_round():
     assert bake.steps == [Step(rounds=1)]
 
 
+def test_points_that_are_sure_do_not_vouch_for_others():
+    errors = np.r_[np.zeros(900), np.full(100, 0.06)]
+    light = Irradiance(np.ones((1000, 3)), errors[:, None] * np.ones(3))
+    assert light.relative_error == 0.0
+    assert light.unsure_error == pytest.approx(0.6745 * 0.06, rel=1e-3)
+    bake = Bake(BakeSettings("final", indirect="off"), photons=False)
+    bake.direct.done = FIRST_ROUNDS
+    bake.refinement.observe(light, Irradiance.dark(1000), light)
+    assert bake.refinement.next() is not None
+    # One in a thousand changes nothing.
+    few = Irradiance(light.value, np.where(np.arange(1000) == 999, 0.06, 0.0)[:, None] * np.ones(3))
+    assert few.unsure_error == few.relative_error == 0.0
+
+
 def test_darkness_is_given_up():
     bake = Bake(BakeSettings(error=0.01), lit=False)
     bake.run()

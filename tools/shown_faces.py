@@ -29,7 +29,8 @@ class ShownFaces:
         if count == 0:
             return np.full((len(places), 3), np.nan)
         rows = np.arange(3 * count).reshape(-1, 3)
-        surface = MeshSurface(self.corners.reshape(-1, 3), rows, rows, has_area(self.corners), (), rows, {}, None)
+        kept = has_area(self.corners)
+        surface = MeshSurface(self.corners.reshape(-1, 3), rows.ravel(), rows, rows, kept, (), rows, {}, None)
         found, nearest = nearest_places(surface, places, facing)
         shown = np.einsum("kc,kcx->kx", barycentric(self.corners[found], nearest), self.colours[found])
         return np.where(found[:, None] >= 0, shown, np.nan)

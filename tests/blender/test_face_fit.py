@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 from detp import detp_addon
 from detp.core.settings import BakeSettings
+from detp.core.triangles import normals_and_areas
 from detp.detp_addon import session
 from detp.detp_addon.job import BakeRequest, bake_scene
+from detp.detp_addon.reading.read_scene import read_scene
 from detp.detp_addon.steps import finished
 from small_scenes import colours, cube, grid, lamp
 
@@ -129,3 +131,22 @@ def test_vertices_may_have_their_own_light_as_cycles_bakes_it():
     # A point lamp of 100 W: intensity 100 / 4 pi^2 ... over pi for the lighting, at the corners of the floor.
     expected = 100.0 / (4.0 * math.pi) * 2.0 / 12.0**1.5 / math.pi
     assert lighting("Floor") == pytest.approx(expected, rel=0.05)
+
+
+@pytest.mark.parametrize("scale", [(1, 1, 1), (-1, 1, 2)], ids=["plain", "mirrored"])
+@pytest.mark.parametrize("modified", [False, True], ids=["as it is", "subdivided"])
+def test_places_know_which_way_their_faces_lie(scale, modified):
+    """On a smooth-shaded ball normals turn within a face; the faces' own are those of flat pieces, and point out."""
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=12, ring_count=6)
+    ball = bpy.context.object
+    ball.scale = scale
+    ball.data.shade_smooth()
+    if modified:
+        ball.modifiers.new("Finer", "SUBSURF").levels = ball.modifiers["Finer"].render_levels = 1
+    read = read_scene(bpy.context.scene, bpy.context.view_layer, None, "CORNER", fit="faces")
+    assert np.linalg.norm(read.facing, axis=1) == pytest.approx(1.0)
+    assert (np.einsum("ij,ij->i", read.facing, read.centres) > 0).all()
+    flat = normals_and_areas(read.scene.corners)[0]
+    closest = (read.facing @ flat.T).max(axis=1)
+    assert closest == pytest.approx(1.0, abs=1e-6)
+    assert np.median(np.einsum("ij,ij->i", read.facing, read.normals)) < 0.9999

@@ -17,6 +17,7 @@ from ..core.bake import BakeResult, Progress, bake
 from ..core.direct.ambient_occlusion import ambient_occlusion
 from ..core.errors import DetpError, InvalidSettingError, NoLightError, NoMeshError, UnwritableFileError
 from ..core.estimator.enclosure import unlit
+from ..core.memory import check_baking, memory_errors_named
 from ..core.settings import BakeSettings
 from .causes import why_dark, why_no_light, why_nothing_to_bake
 from .chosen_objects import chosen_objects
@@ -111,6 +112,19 @@ def bake_scene(
     if that step fails, what it wrote is taken back. An object that cannot be written becomes a warning; when none can,
     its error is raised. Raises DetpError.
     """
+    with memory_errors_named():
+        return (yield from _steps(scene, view_layer, request, live, spent, scenes_too))
+
+
+def _steps(
+    scene: bpy.types.Scene,
+    view_layer: bpy.types.ViewLayer,
+    request: BakeRequest,
+    live: LiveColours | None,
+    spent: float,
+    scenes_too: Sequence[bpy.types.Scene],
+) -> Generator[JobProgress, bool | None, BakeReport]:
+    """The steps of :func:`bake_scene`."""
     start = time.perf_counter() - spent
     names = scene.name, view_layer.name
     others = not_baked(scene, view_layer, scenes_too)
@@ -122,6 +136,7 @@ def bake_scene(
         raise NoMeshError(why_nothing_to_bake(scene, chosen) or str(error)) from None
     targets, refusals = _writable(export.targets, request)
     targets, rows = _points_of(targets, len(export.centres))
+    check_baking(len(export.scene.triangles), len(rows))
     exported = time.perf_counter()
 
     found, stopped = None, False

@@ -48,6 +48,10 @@ class UnreadableFileError(DetpError):
     """A scene file is missing, unreadable, not a .blend, or from a newer Blender."""
 
 
+class OutOfMemoryError(DetpError):
+    """A bake takes more memory than the machine has free."""
+
+
 class SceneBusyError(DetpError):
     """Blender cannot evaluate the scene now, because it is rendering already."""
 

@@ -33,6 +33,9 @@ BUILD_COSTS = {"grid": 4000.0, "tree": 2900.0, "sphere-cache": 2600.0, "brute-fo
 #: tree's operations are shorter, and more often wait for the interpreter's lock.
 SHARED_OUT = {"tree": 1.08}
 
+#: Work of fewer reference seconds is not worth the tenth of a second that measuring a machine takes.
+WORTH_MEASURING = 1.0
+
 #: Reference seconds of the search that a machine is measured by.
 STANDARD = 0.022
 
@@ -72,6 +75,15 @@ def search_lanes(segments: int, chunk: int) -> int:
 def build_seconds(kind: str, discs: int) -> float:
     """Reference seconds of one processor to build a search of that ``kind`` over so many discs, to a factor of two."""
     return 1e-9 * BUILD_COSTS[kind] * discs
+
+
+def seconds_here(processor_seconds: float, lanes: int) -> float:
+    """About how long work takes here that the reference does in ``processor_seconds``, cut into that many ``lanes``.
+
+    For what is done in a moment the machine is not measured: it counts as the reference.
+    """
+    machine = this_machine() if processor_seconds >= WORTH_MEASURING else Machine(1.0, worker_count())
+    return machine.wall_seconds(processor_seconds, lanes)
 
 
 @cache

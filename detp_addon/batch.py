@@ -13,6 +13,7 @@ from pathlib import Path
 import bpy
 
 from ..core.errors import DetpError
+from ..core.memory import memory_errors_named
 from .blender_output import blender_silenced
 from .chosen_objects import chosen_objects, targets_in
 from .chosen_views import View, ViewChoice, chosen_views, shared_objects
@@ -62,9 +63,10 @@ def bake_batch(batch: Batch) -> int:
     for job in batch.jobs:
         baked = []
         try:
-            views = _bake_file(job, batch, display, baked)
-            if job.preview is not None:
-                _draw(job, batch.request, views, display)
+            with memory_errors_named():
+                views = _bake_file(job, batch, display, baked)
+                if job.preview is not None:
+                    _draw(job, batch.request, views, display)
         except DetpError as error:
             failures[job.scene] = str(error)
         except Exception:  # a fault of ours on one scene must not cost the user the other scenes

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from ..core.errors import DetpError, InvalidSettingError
+from ..core.memory import memory_errors_named
 from ..core.settings import DIRECT_LIGHT, ESTIMATORS, GATHERERS, INDIRECT_LIGHT, QUALITIES, BakeSettings
 from .blender_output import blender_silenced
 from .interrupts import end_on_signals
@@ -28,7 +29,8 @@ def main(argv: list[str] | None = None) -> int:
     parser = _parser()
     try:
         arguments = parser.parse_args(argv)
-        return arguments.run(arguments)
+        with memory_errors_named():
+            return arguments.run(arguments)
     except SystemExit as exit_request:  # argparse's way of saying --help or wrong usage
         return exit_request.code
     except InvalidSettingError as error:

@@ -19,6 +19,7 @@ from ..core.direct.lit_behind import lit_behind
 from ..core.errors import DetpError, InvalidSettingError, NoLightError, NoMeshError, UnwritableFileError
 from ..core.estimator.enclosure import unlit
 from ..core.fit.vertex_fit import VertexFit
+from ..core.memory import check_baking, memory_errors_named
 from ..core.scene import Scene
 from ..core.settings import BakeSettings
 from .causes import turned_away, why_dark, why_no_light, why_nothing_to_bake
@@ -130,6 +131,19 @@ def bake_scene(
     if that step fails, what it wrote is taken back. An object that cannot be written becomes a warning; when none can,
     its error is raised. Raises DetpError.
     """
+    with memory_errors_named():
+        return (yield from _steps(scene, view_layer, request, live, spent, scenes_too))
+
+
+def _steps(
+    scene: bpy.types.Scene,
+    view_layer: bpy.types.ViewLayer,
+    request: BakeRequest,
+    live: LiveColours | None,
+    spent: float,
+    scenes_too: Sequence[bpy.types.Scene],
+) -> Generator[JobProgress, bool | None, BakeReport]:
+    """The steps of :func:`bake_scene`."""
     start = time.perf_counter() - spent
     names = scene.name, view_layer.name
     others = not_baked(scene, view_layer, scenes_too)
@@ -141,6 +155,7 @@ def bake_scene(
         raise NoMeshError(why_nothing_to_bake(scene, chosen) or str(error)) from None
     targets, refusals = _writable(export.targets, request)
     targets, points = _points_of(targets, export)
+    check_baking(len(export.scene.triangles), len(points.centres))
     exported = time.perf_counter()
 
     found, stopped = None, False

@@ -11,7 +11,7 @@ from ..cost_model import SearchProblem, best_last_radius, best_q
 from ..discs import TangentDiscs
 from ..segments import Segments
 from ..space_filling import mean_spacing
-from ..unit_costs import SHARED_OUT, bare_segments, search_lanes, search_seconds, this_machine
+from ..unit_costs import SHARED_OUT, bare_segments, search_lanes, search_seconds, seconds_here
 from .brute_force import BruteForce
 from .counts import Counts
 from .disc_index import DiscIndex
@@ -41,7 +41,7 @@ class Candidate:
     @property
     def wall_seconds(self) -> float:
         """Predicted for this machine."""
-        return this_machine().wall_seconds(self.seconds, self.lanes)
+        return seconds_here(self.seconds, self.lanes)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from ..discs import TangentDiscs
 from ..errors import InvalidSettingError
 from ..segments import Segments
 from ..settings import GATHERERS
-from ..unit_costs import build_seconds, this_machine
+from ..unit_costs import build_seconds, seconds_here
 from .brute_force import BruteForce
 from .candidates import Task, made, options_of, tried
 from .disc_index import DiscIndex
@@ -40,7 +40,7 @@ def make_gatherer(
     pilot     a few hundred segments or more of the kind that it will search; None: ways between the discs' centres
 
     Equal arguments give the same gatherer on every machine, and all find the same crossings. Only the seconds in the
-    sentence are this machine's.
+    sentence are this machine's, where they are one or more.
     Raises InvalidSettingError for any other name.
     """
     if name not in GATHERERS:
@@ -77,7 +77,7 @@ def _chosen(task: Task) -> tuple[Gatherer, str]:
         against = f"{_said(others[0].wall_seconds)} with {_TITLES[others[0].kind]}"
     else:
         other = min((kind for kind in plan if kind not in (first.kind, "tree")), key=plan.get)
-        roughly = this_machine().wall_seconds(plan[other], best.lanes)
+        roughly = seconds_here(plan[other], best.lanes)
         against = f"roughly {_said(roughly)} with {_TITLES[other]}"
     why = f"{task.size()}{task.unevenly(best.kind)}, predicted {_said(best.wall_seconds)} against {against}"
     return best.gatherer, f"{_TITLES[best.kind]}: {why} ({options_of(best.gatherer)})."

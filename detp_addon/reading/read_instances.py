@@ -10,6 +10,7 @@ import bpy
 import numpy as np
 
 from ...core.lights.light import Light
+from ...core.memory import check_reading
 from ..baked_layers import NO_LAYERS, ColourLayers, baked_names, colour_layers
 from ..modifiers import repeats
 from ..units import metres_per_unit
@@ -118,6 +119,8 @@ def read_instances(depsgraph, wanted: set | None, findings: Findings, written: S
         placed[obj.original] = row
         if _add_mesh(read, instance, Placement(row, matrix, diffuse, shadow), wanted, findings):
             targets.append(PlacedMesh(obj.original, obj.data, row, matrix))
+    corners = sum(len(target.object.data.loops) for target in targets)
+    check_reading(sum(len(read.surfaces[placement.surface].triangles) for placement in read.placements), corners)
     read.surfaces = with_area(read.surfaces)
     _add_targets(read, targets, findings)
     read.optics = respond(read.surfaces, materials)

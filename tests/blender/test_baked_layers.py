@@ -5,6 +5,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
+from detp.core.errors import OutOfMemoryError  # noqa: E402
 from detp.detp_addon.baked_layers import MARK, colour_layers  # noqa: E402
 from detp.detp_addon.command import main  # noqa: E402
 from detp.detp_addon.job import BakeRequest, bake_scene  # noqa: E402
@@ -162,7 +163,7 @@ def test_a_failed_write_leaves_no_mark(walls, monkeypatch):
         return real(mesh, *rest)
 
     monkeypatch.setattr(write_attributes, "leave_mark", fail_on_the_second)
-    with pytest.raises(MemoryError):
+    with pytest.raises(OutOfMemoryError):
         bake("day")
     assert all(MARK not in obj.data and "day" not in obj.data.attributes for obj in walls)
 

@@ -10,6 +10,7 @@ from detp.core.errors import (
     InvalidSettingError,
     NothingSelectedError,
     ObjectNotFoundError,
+    OutOfMemoryError,
     UnwritableFileError,
 )
 from detp.core.settings import BakeSettings
@@ -87,7 +88,7 @@ def test_a_failure_while_writing_takes_everything_back(monkeypatch):
             raise MemoryError
 
     monkeypatch.setattr(write_attributes, "_fill", fails_on_the_box)
-    with pytest.raises(MemoryError):
+    with pytest.raises(OutOfMemoryError):
         finished(steps())
     assert contents() == before
 

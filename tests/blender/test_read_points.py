@@ -5,6 +5,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
+from detp.detp_addon.reading import joined_rows  # noqa: E402
 from made_scenes import cube, fresh, linked, mesh, quad, read  # noqa: E402
 
 
@@ -230,3 +231,23 @@ def test_faces_that_touch_cover_each_other(domain):
         assert result.covered[rows].tolist() == bottom.tolist()
     else:
         assert ((rows < 0) == bottom).all()
+
+
+def test_objects_read_together_are_as_read_one_by_one(monkeypatch):
+    shared = smooth(cube(location=(0, 0, 3), scale=(1, 2, 1))).data
+    linked("mirrored", shared, location=(5, 0, 1), scale=(-1, 1, 2))
+    linked("flattened", shared, location=(9, 0, 1), scale=(1, 1, 0))
+    quad("alone", location=(0, 9, 0))
+    linked("odd", mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0), (9, 9, 9)], [(0, 1, 2), (2, 1, 0)]))
+    cube("cut", location=(-5, 0, 0)).modifiers.new("cut", "BEVEL")
+    together = read()
+    monkeypatch.setattr(joined_rows, "_ROWS", 1)
+    alone = read()
+    for name in ("centres", "normals", "inward", "covered"):
+        np.testing.assert_array_equal(getattr(together, name), getattr(alone, name))
+    for name in ("vertices", "triangles", "albedo"):
+        np.testing.assert_array_equal(getattr(together.scene, name), getattr(alone.scene, name))
+    for one, other in zip(together.targets, alone.targets, strict=True):
+        assert one.object_name == other.object_name
+        np.testing.assert_array_equal(one.point_rows, other.point_rows)
+        np.testing.assert_array_equal(one.albedo, other.albedo)

@@ -39,9 +39,6 @@ UNLIT_SHARE, UNLIT = 1e-3, 0.05
 #: So many standard errors of a place may be noise.
 NOISE = 2.0
 
-#: Values may leave the range of what was found on their triangles by this share of it: vertices are its farthest ends.
-RANGE = 0.05
-
 #: Of squared differences so many times the squared standard error may well be noise.
 CERTAIN = 2.0
 
@@ -252,11 +249,7 @@ class VertexFit:
         if len(rows):
             for side, found in ((low, np.minimum.reduceat(at, begin)), (high, np.minimum.reduceat(-at, begin))):
                 side[around[order[first]]] = np.minimum.reduceat(found[order // 3], first)
-        known = np.isfinite(low)
-        margin = RANGE * np.where(known, -high - low, 0.0)
-        # Light that was nowhere below zero is shown nowhere below it.
-        least = np.where(low >= 0.0, np.maximum(low - margin, 0.0), low - margin)
-        return np.where(known, least, -np.inf), np.where(known, margin - high, np.inf)
+        return np.where(np.isfinite(low), low, -np.inf), np.where(np.isfinite(high), -high, np.inf)
 
 
 def _weights(shown: np.ndarray, found: np.ndarray, errors: np.ndarray, usual: float) -> np.ndarray:

@@ -48,7 +48,7 @@ def test_light_that_runs_evenly_over_a_plane_is_shown_as_it_is(cells):
     faces, positions = plane(cells)
     found = fitted(faces, lambda at: 1.0 + 2.0 * at[:, 0] + at[:, 1])
     assert found.known.all()
-    assert found.light.value[:, 0] == pytest.approx(1.0 + 2.0 * positions[:, 0] + positions[:, 1], rel=0.015)
+    assert found.light.value[:, 0] == pytest.approx(1.0 + 2.0 * positions[:, 0] + positions[:, 1], rel=0.03)
 
 
 def test_a_wall_whose_corners_are_buried_shows_the_light_between_them():
@@ -76,8 +76,8 @@ def test_a_spot_hundreds_of_times_brighter_does_not_take_the_ceiling():
 def test_values_stay_among_those_that_were_found_around_them():
     faces, _ = plane(6)
     found = fitted(faces, lambda at: np.where(at[:, 0] < 0.47, 0.2, 1.0))
-    assert found.light.value.min() >= 0.2 - 0.041
-    assert found.light.value.max() <= 1.0 + 0.041
+    assert found.light.value.min() >= 0.2 - 1e-9
+    assert found.light.value.max() <= 1.0 + 1e-9
 
 
 def test_an_edge_of_light_beyond_noise_stays_while_noise_is_taken_away():

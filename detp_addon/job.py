@@ -309,10 +309,10 @@ def _lossy_faces(export: ExportedScene, points: _Points, values: _Values, result
     if points.fit is None:
         return LossyFaces()
     owner, face = export.shown.owners[points.triangles], export.shown.corners[points.triangles]
-    objects = _objects()
-    for number in np.unique(owner):
-        target = export.targets[number]
-        mine, obj = owner == number, objects.get((target.object_name, target.library))
+    # Triangles stand in the order of their objects.
+    objects, ends = _objects(), np.searchsorted(owner, np.arange(len(export.targets) + 1))
+    for number, target in enumerate(export.targets):
+        mine, obj = slice(ends[number], ends[number + 1]), objects.get((target.object_name, target.library))
         if obj is not None and len(obj.data.loops) == len(target.point_rows):
             face[mine] = corner_faces(obj.data)[face[mine]]
     pairs, number = np.unique(np.stack([owner, face], axis=1), axis=0, return_inverse=True)

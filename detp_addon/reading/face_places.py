@@ -81,10 +81,12 @@ def placed_faces(points: list[CornerPoints], surfaces: list[MeshSurface], domain
     turned = determinants(np.stack([part.matrix for part in points])) < 0
     flat = normals_and_areas(faces.corners)[0] * np.where(turned, -1.0, 1.0)[owners, None]
     facing = flat[places.triangle]
-    ends = np.searchsorted(owners, np.arange(len(points) + 1))
+    owner = owners[places.triangle]
+    order = np.argsort(owner, kind="stable")
+    ends = np.searchsorted(owner[order], np.arange(len(points) + 1))
     for number, (part, surface) in enumerate(zip(points, surfaces, strict=True)):
         if part.nearest:
-            mine = np.flatnonzero((places.triangle >= ends[number]) & (places.triangle < ends[number + 1]))
+            mine = order[ends[number] : ends[number + 1]]
             at = centres[mine], directions[mine], facing[mine]
             centres[mine], directions[mine], facing[mine] = _on_surface(part, surface, *at)
     corners = triangles[:, 0] - first.corners[owners]

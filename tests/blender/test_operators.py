@@ -196,7 +196,7 @@ class TestSettings:
 
 class TestBake:
     def test_a_script_bakes_with_the_scenes_settings(self, scene):
-        scene.detp.quality, scene.detp.attribute = "DRAFT", "Light"
+        scene.detp.quality, scene.detp.attribute, scene.detp.fit = "DRAFT", "Light", "VERTICES"
         assert bpy.ops.detp.bake() == {"FINISHED"}
         # The fourth corner lies in the box's shadow.
         assert np.count_nonzero(colours("Floor", "Light")[:, 0] > 0.1) == 3

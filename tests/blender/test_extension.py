@@ -50,7 +50,7 @@ lamp.energy, lamp.shadow_soft_size = 100.0, 0.0
 holder = bpy.data.objects.new("Lamp", lamp)
 holder.location = (0.0, 0.0, 2.0)
 bpy.context.collection.objects.link(holder)
-result = bpy.ops.detp.bake(photons=particles, radius=radius)
+result = bpy.ops.detp.bake(photons=particles, radius=radius, fit="VERTICES")
 layer = floor.data.attributes[bpy.context.scene.detp.attribute]
 middle = [loop.index for loop in floor.data.loops if floor.data.vertices[loop.vertex_index].co.length < 1e-6]
 

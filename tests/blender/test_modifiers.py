@@ -80,7 +80,7 @@ def test_each_copy_has_the_light_of_its_place(tmp_path, kind):
         add(tile, "MIRROR", mirror_object=linked("middle", None))
     lamp("POINT", location=(-1, 0.5, 1), energy=50.0, shadow_soft_size=0.0)
     path = saved(tmp_path / "scene.blend")
-    assert main(["bake", str(path), *DIRECT, "--apply-modifiers"]) == 0
+    assert main(["bake", str(path), *DIRECT, "--fit", "vertices", "--apply-modifiers"]) == 0
     opened(tmp_path / "scene_baked.blend")
     tile = bpy.data.objects["tile"]
     assert not tile.modifiers and len(tile.data.polygons) == {"ARRAY": 3, "MIRROR": 2}[kind]

@@ -30,9 +30,8 @@ def test_json_has_every_key_in_a_stable_order():
     assert list(entry)[:6] == ["scene", "output", "objects", "points", "filled", "triangles"]
     assert set(entry) == {
         "scene", "output", "objects", "points", "triangles", "lights", "photons", "shadow_rays", "segments", "radius",
-        "gatherer",
-        "seconds", "relative_error", "high_error", "modelled", "left_out", "warnings", "filled", "gatherer_reason",
-        "blender_scene", "view_layer",
+        "gatherer", "seconds", "relative_error", "high_error", "faces_lost", "wrong_faces", "modelled", "left_out",
+        "warnings", "filled", "gatherer_reason", "blender_scene", "view_layer",
     }  # fmt: skip
     assert set(entry["seconds"]) == {"export", "shadow", "trace", "gather", "write", "total"}
     assert json.loads(to_json([entry]))[0]["warnings"] == ["Look here."]

@@ -28,7 +28,7 @@ def units(scale, system="METRIC"):
 
 
 def bake(settings, quantity="lighting"):
-    request = BakeRequest(settings, quantity=quantity)
+    request = BakeRequest(settings, quantity=quantity, fit="vertices")
     return finished(bake_scene(bpy.context.scene, bpy.context.view_layer, request))
 
 

@@ -67,6 +67,7 @@ class BakeResult:
     indirect      irradiance after at least one reflection or refraction; what was not asked for is zero
     seen          all light, with the errors that are left where it is shown
     hidden        (N,) points that no light can reach because they are buried in other geometry: nothing is known there
+    open          (N,) how well each point can be seen, 0..1: little from within a narrow gap
     coarse        (N,) points on faces too small to be told apart so far from most of the points
     radius        of the discs, metres; 0 as long as none is chosen
     gatherer      name, and ``reason`` for its choice
@@ -80,6 +81,7 @@ class BakeResult:
     indirect: Irradiance
     seen: Irradiance
     hidden: np.ndarray
+    open: np.ndarray
     coarse: np.ndarray
     radius: float
     gatherer: str
@@ -242,8 +244,9 @@ def bake(
         result = BakeResult(
             direct=direct,
             indirect=indirect,
-            seen=light if fit is None else fit.seen(light, hidden, mended[0]),
+            seen=light if fit is None else fit.seen(light, np.where(hidden, 0.0, places.open), mended[0]),
             hidden=hidden,
+            open=places.open,
             coarse=places.coarse,
             radius=disc.radius if kinds else records.radius if records is not None else 0.0,
             gatherer=names[0],
@@ -328,6 +331,7 @@ def _only_direct(
         indirect=indirect,
         seen=light + indirect,
         hidden=hidden_points(np.zeros_like(places.enclosed), places.enclosed, light.value),
+        open=places.open,
         coarse=places.coarse,
         radius=0.0,
         gatherer="none",

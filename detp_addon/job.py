@@ -264,14 +264,14 @@ class _Points:
 class _Values:
     """What colours are made of: irradiance (U, 3), direct (U, 3) and indirect (U, 3), and whether (U,) it is known.
 
-    ``hidden`` (N,) are the points that do not count.
+    ``open`` (N,) says how much each point counts.
     """
 
     irradiance: np.ndarray
     direct: np.ndarray
     indirect: np.ndarray
     known: np.ndarray
-    hidden: np.ndarray
+    open: np.ndarray
 
 
 def _points_of(targets: list[BakeTarget], export: ExportedScene) -> tuple[list[BakeTarget], _Points]:
@@ -298,10 +298,11 @@ def _values(points: _Points, result: BakeResult) -> _Values:
     # A covered face that is dark belongs to things that touch; one that has light stands back to back with another.
     hidden = result.hidden | (points.covered & unlit(result.irradiance))
     if points.fit is None:
-        return _Values(result.irradiance, result.direct.value, result.indirect.value, ~hidden, hidden)
-    fitted = points.fit.fitted(result.light, hidden, result.direct)
+        return _Values(result.irradiance, result.direct.value, result.indirect.value, ~hidden, result.open)
+    seen = np.where(hidden, 0.0, result.open)
+    fitted = points.fit.fitted(result.light, seen, result.direct)
     value, part = fitted.light.value, fitted.part
-    return _Values(value, part, value - part, fitted.known, hidden)
+    return _Values(value, part, value - part, fitted.known, seen)
 
 
 def _lossy_faces(export: ExportedScene, points: _Points, values: _Values, result: BakeResult) -> LossyFaces:
@@ -316,7 +317,7 @@ def _lossy_faces(export: ExportedScene, points: _Points, values: _Values, result
         if obj is not None and len(obj.data.loops) == len(target.point_rows):
             face[mine] = corner_faces(obj.data)[face[mine]]
     pairs, number = np.unique(np.stack([owner, face], axis=1), axis=0, return_inverse=True)
-    losses = points.fit.losses(values.irradiance, result.light, values.hidden, number.ravel())
+    losses = points.fit.losses(values.irradiance, result.light, values.open, number.ravel())
     names = [(target.object_name, target.library) for target in export.targets]
     return LossyFaces.of(names, pairs[:, 0], pairs[:, 1], losses.share, losses.area)
 

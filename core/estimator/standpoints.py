@@ -25,6 +25,9 @@ COARSE = 0.1
 #: Faces rise from a point when the way into them leads off its plane by more than this share of itself.
 HOLLOW = 1e-3
 
+#: A gap in front of a face is narrow when it is less than this share of the face's size.
+NARROW = 0.1
+
 #: Points whose rays are cast at a time.
 POINTS_PER_CHUNK = 1 << 12
 
@@ -36,11 +39,13 @@ class Standpoints:
     origins   (N, 3) metres, where shadow rays start
     enclosed  (N,) whether the point looks at the insides of closed geometry (see enclosure.py)
     coarse    (N,) whether the point's face is so small that rounding, so far from the middle of all, tells in its light
+    open      (N,) how well it can be seen, 0..1: little from within a gap that is narrow beside the point's face
     """
 
     origins: np.ndarray
     enclosed: np.ndarray
     coarse: np.ndarray
+    open: np.ndarray
 
     @staticmethod
     def joined(parts: list[Standpoints]) -> Standpoints:
@@ -63,10 +68,12 @@ def standpoints(
         size = _sizes(caster, points[rows], ways, facing[rows], tolerance)
         step = np.clip(STEP * size, LEAST_STEP * tolerance, MOST_STEP * tolerance)
         aside = moved(points[rows], ways, facing[rows], step)
-        off = np.minimum(step, 0.5 * headroom_beside(caster, points[rows], ways, facing[rows], aside))
+        room = headroom_beside(caster, points[rows], ways, facing[rows], aside)
+        off = np.minimum(step, 0.5 * room)
         origins = aside + off[:, None] * facing[rows]
         coarse = (size > 0) & (LEAST_STEP * tolerance > COARSE * size)
-        return Standpoints(origins, enclosure.enclosed(origins, facing[rows]), coarse)
+        wide = np.maximum(NARROW * size, LEAST_STEP * tolerance)
+        return Standpoints(origins, enclosure.enclosed(origins, facing[rows]), coarse, np.minimum(room / wide, 1.0))
 
     yield from ordered_map(found, slices(len(points), POINTS_PER_CHUNK))
 
@@ -74,7 +81,7 @@ def standpoints(
 def plain_standpoints(caster: RayCaster, points: np.ndarray, facing: np.ndarray) -> Iterator[Standpoints]:
     """Just off the ``points`` (N, 3) themselves, and none of them enclosed: as the plain estimator takes them."""
     off = LEAST_STEP * caster.tolerance(points)
-    yield Standpoints(points + off[:, None] * facing, *np.zeros((2, len(points)), bool))
+    yield Standpoints(points + off[:, None] * facing, *np.zeros((2, len(points)), bool), np.ones(len(points)))
 
 
 def _sizes(caster: RayCaster, points, inward, facing, tolerance) -> np.ndarray:

@@ -25,6 +25,9 @@ DIFFERENCE, LEAST_DIFFERENCE, BEYOND = 0.15, 0.05, 3.0
 #: light; that counts as much as a place does that differs by SEAM.
 LEAST_ANGLE, SEAM = 0.05, 0.15
 
+#: A place that is exact still differs from what any values show by about this share: as if by noise.
+MISFIT = 0.03
+
 #: Differences count relative to the light shown and found, and this share of what is usual in the scene; beyond such
 #: a share of that they count linearly.
 USUAL, LINEAR = 0.3, 0.3
@@ -41,6 +44,9 @@ NOISE = 2.0
 
 #: Of squared differences so many times the squared standard error may well be noise.
 CERTAIN = 2.0
+
+#: Places in gaps, however narrow, weigh so much.
+UNSEEN = 1e-3
 
 #: Times that weights are found anew before it is known how much values differ, and after; and steps of conjugate
 #: gradients each time, and for errors.
@@ -107,14 +113,14 @@ class VertexFit:
         """How many values there are."""
         return self._faces.count
 
-    def fitted(self, light: Irradiance, hidden: np.ndarray, part: Irradiance | None = None) -> Fitted:
-        """The values for the ``light`` at the places but the ``hidden`` (K,) ones, and for ``part`` of that light.
+    def fitted(self, light: Irradiance, open: np.ndarray, part: Irradiance | None = None) -> Fitted:
+        """The values for the ``light`` at the places, each as far as it is ``open`` (K,), 0..1, and for ``part`` of it.
 
         Standard errors say what noise of the places, independent of each other's, does to them.
         """
-        area, found, usual = self._counted(light.value, hidden)
+        area, found, usual = self._counted(light.value, open)
         errors = np.nan_to_num(light.standard_error, posinf=0.0)
-        noise = self._noise(errors.sum(axis=1), area, found, usual)
+        noise = np.hypot(self._noise(errors.sum(axis=1), area, found, usual), MISFIT)
         low, high = self._ranges(light.value, area > 0)
         value, differ = np.clip(0.0, low, high), DIFFERENCE
         weights, level = area / (found + usual) ** 2, np.full(self.count, usual)
@@ -136,7 +142,7 @@ class VertexFit:
         known = self._sums((area > 0).astype(float)[:, None])[:, 0] > 0
         return Fitted(Irradiance(value, spread), share, known)
 
-    def seen(self, light: Irradiance, hidden: np.ndarray, chance: Irradiance) -> Irradiance:
+    def seen(self, light: Irradiance, open: np.ndarray, chance: Irradiance) -> Irradiance:
         """The ``light`` at the places with the errors (K, 3) of what is shown there.
 
         Errors by ``chance``, which are independent of each other's, the fit takes down; others stay.
@@ -146,30 +152,31 @@ class VertexFit:
             return light
         size = float(own.sum())
         if size < AGAIN * self._sized:
-            left = self.shown(self.fitted(Irradiance(light.value, own), hidden).light.standard_error).sum(axis=1)
+            left = self.shown(self.fitted(Irradiance(light.value, own), open).light.standard_error).sum(axis=1)
             whole = own.sum(axis=1)
             self._left = np.divide(left, whole, out=np.ones(len(left)), where=whole > 0)[:, None]
             self._sized = size
         squared = np.maximum(light.standard_error**2 - own**2, 0.0) + (self._left * own) ** 2
         return Irradiance(light.value, np.sqrt(squared))
 
-    def _counted(self, value: np.ndarray, hidden: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    def _counted(self, value: np.ndarray, open: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
         """The area (K,) for which each place counts, the light (K,) that was found there, and what is usual."""
         found = np.abs(value).sum(axis=1)
-        lit = found[(found > 0) & ~hidden]
+        lit = found[(found > 0) & (open > 0)]
         usual = float(np.median(lit)) if len(lit) else 1.0
-        area = np.where(hidden, 0.0, self._places.area)
+        # Nobody looks from within narrow gaps, but without any other light theirs counts.
+        area = np.where(open > 0, np.maximum(open**2, UNSEEN), 0.0) * self._places.area
         return np.where(found <= UNLIT_SHARE * usual, UNLIT, 1.0) * area, found, usual
 
     def shown(self, value: np.ndarray) -> np.ndarray:
         """What (K, d) is shown at the places where vertices have this ``value`` (U, d)."""
         return np.einsum("kc,kcd->kd", self._places.weights, value.take(self._values, axis=0))
 
-    def losses(self, value: np.ndarray, light: Irradiance, hidden: np.ndarray, face: np.ndarray) -> FaceLosses:
+    def losses(self, value: np.ndarray, light: Irradiance, open: np.ndarray, face: np.ndarray) -> FaceLosses:
         """What faces show wrong of the ``light`` at their places, with ``value`` (U, 3); ``face`` (T,) from 0 up are
         those that the triangles belong to.
         """
-        area, found, usual = self._counted(light.value, hidden)
+        area, found, usual = self._counted(light.value, open)
         shown = self.shown(value)
         squares = np.abs(shown - light.value).sum(axis=1) ** 2
         noise = np.nan_to_num(light.standard_error.sum(axis=1), posinf=0.0) ** 2

@@ -150,3 +150,13 @@ def test_places_know_which_way_their_faces_lie(scale, modified):
     closest = (read.facing @ flat.T).max(axis=1)
     assert closest == pytest.approx(1.0, abs=1e-6)
     assert np.median(np.einsum("ij,ij->i", read.facing, read.normals)) < 0.9999
+
+
+def test_a_floor_that_runs_on_under_a_low_platform_shows_the_light_beside_it():
+    plane()
+    cube("Platform", (1.5, 0, 0.53), 1.0)
+    bpy.context.object.scale = (1.0, 4.0, 1.0)
+    sun()
+    baked()
+    # A quarter of the floor lies in the dark of a gap of 3 cm, from which nobody looks.
+    assert lighting("Floor") == pytest.approx(1.0, rel=0.06)

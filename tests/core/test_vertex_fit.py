@@ -27,7 +27,7 @@ def fitted(faces, light, noise=0.0, hidden=None, seed=0):
     error = noise * true
     value = true + error * np.random.default_rng(seed + 10).normal(size=(len(true), 1))
     buried = np.zeros(len(true), bool) if hidden is None else hidden(at)
-    return VertexFit(faces, places).fitted(Irradiance(value, error), buried)
+    return VertexFit(faces, places).fitted(Irradiance(value, error), 1.0 - buried)
 
 
 def test_places_lie_evenly_on_faces_and_near_every_value():
@@ -62,7 +62,9 @@ def test_a_wall_that_reaches_into_the_dark_keeps_the_light_of_its_lit_part():
     faces, _ = plane(1)
     places = faces.drawn(1)
     lit = places.of(faces.corners)[:, 0] < 0.4
-    shown = VertexFit(faces, places).fitted(Irradiance(*np.stack([lit, 0.0 * lit])[..., None] * np.ones(3)), lit < 0)
+    shown = VertexFit(faces, places).fitted(
+        Irradiance(*np.stack([lit, 0.0 * lit])[..., None] * np.ones(3)), np.ones(len(lit))
+    )
     assert VertexFit(faces, places).shown(shown.light.value)[lit].min() > 0.5
 
 
@@ -96,7 +98,7 @@ def test_standard_errors_are_what_seeds_differ_by():
     true = np.tile(1.0 + places.of(faces.corners)[:, :1], 3)
     generator, fit = np.random.default_rng(5), VertexFit(faces, places)
     values = [
-        fit.fitted(Irradiance(true * (1 + 0.06 * generator.normal(size=(len(true), 1))), 0.06 * true), true[:, 0] < 0)
+        fit.fitted(Irradiance(true * (1 + 0.06 * generator.normal(size=(len(true), 1))), 0.06 * true), true[:, 0] > 0)
         for _ in range(24)
     ]
     spread = np.std([found.light.value[:, 0] for found in values], axis=0, ddof=1)
@@ -110,7 +112,7 @@ def test_parts_of_the_light_make_up_the_whole():
     x = places.of(faces.corners)[:, :1] * np.ones(3)
     nothing = np.zeros_like(x)
     fit = VertexFit(faces, places)
-    whole, none = Irradiance(1.0 + 2.0 * x, nothing), np.zeros(len(x), bool)
+    whole, none = Irradiance(1.0 + 2.0 * x, nothing), np.ones(len(x))
     part = fit.fitted(whole, none, Irradiance(1.0 + 0.0 * x, nothing)).part
     rest = fit.fitted(whole, none, Irradiance(2.0 * x, nothing)).part
     assert part + rest == pytest.approx(fit.fitted(whole, none).light.value, rel=2e-3)
@@ -119,7 +121,7 @@ def test_parts_of_the_light_make_up_the_whole():
 def test_noise_that_is_skewed_makes_no_bias():
     faces, _ = plane(16)
     places = faces.drawn(0)
-    true, none = np.ones((len(places.area), 3)), np.zeros(len(places.area), bool)
+    true, none = np.ones((len(places.area), 3)), np.ones(len(places.area))
     means = []
     for seed in range(4):
         noisy = np.random.default_rng(seed).gamma(25.0, 0.04, (len(true), 1)) * true

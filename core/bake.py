@@ -207,7 +207,8 @@ def bake(
         bounces = settings.bounces if settings.indirect_by != "off" else 0
         reach = max(disc.radius, records.radius if records is not None else 0.0)
         looking = (held.held.stands, held.held.normals) if gathers else (places.origins, normals)
-        seen = seen_shares(shining, Shadows(scene, caster), *looking, settings.seed)
+        sought = kinds or gathers
+        seen = seen_shares(shining, Shadows(scene, caster), *looking, settings.seed) if sought else None
         # Light that is to be reflected must meet a surface there; discs, which find the direct light, stick out.
         box = None if by_photons else wanted_box(looking[0], scene.bounds)
         tracer = PhotonTracer(scene, caster, scene.bounds.expanded(2 * reach), bounces, by_photons, seen, box)

@@ -9,6 +9,9 @@ from .bounds import Bounds
 #: The largest float64 below one, so that a rescaled uniform stays inside [0, 1).
 _BELOW_ONE = np.nextafter(1.0, 0.0)
 
+#: Steps of a lattice of rank one: any number of its first points covers the unit square evenly.
+LATTICE = np.array([0.7548776662466927, 0.5698402909980532])
+
 
 def frames(normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Two unit vectors (..., 3) that make a right-handed orthonormal frame with each unit normal (..., 3).

@@ -45,3 +45,11 @@ def _not_found(name: str, found: dict, scene: bpy.types.Scene) -> str:
     lower = [other for other in found if other.lower() == name.lower() and other not in close]
     hint = " or ".join(f"'{other}'" for other in (*lower, *close))
     return f"No object is named '{name}' in the scene '{scene.name}'" + (f": did you mean {hint}?" if hint else ".")
+
+
+def objects_by_name() -> dict[tuple[str, str | None], bpy.types.Object]:
+    """All objects by name and library, asked for each time: references do not survive an undo during the bake.
+
+    Blender itself would look through all of them for each name.
+    """
+    return {(obj.name, obj.library.filepath if obj.library else None): obj for obj in bpy.data.objects}

@@ -6,6 +6,7 @@ import bmesh
 import bpy
 import numpy as np
 
+from .chosen_objects import objects_by_name
 from .edit_mode import leave_edit_mode
 from .lossy_faces import FacesByObject, LossyFaces
 from .report import counted
@@ -43,8 +44,8 @@ def select_faces(faces: FacesByObject, context: bpy.types.Context) -> int:
     for obj, rows in chosen.items():
         mesh, picked = obj.data, np.zeros(len(obj.data.polygons), bool)
         picked[rows[rows < len(picked)]] = True
-        for elements, name in ((mesh.vertices, "select"), (mesh.edges, "select")):
-            elements.foreach_set(name, np.zeros(len(elements), bool))
+        for elements in (mesh.vertices, mesh.edges):
+            elements.foreach_set("select", np.zeros(len(elements), bool))
         mesh.polygons.foreach_set("select", picked)
         mesh.update()
         context.view_layer.objects.active = obj
@@ -62,7 +63,8 @@ def division_note(divided: int, objects: int, before: float, after: float) -> st
 
 
 def _objects(faces: FacesByObject) -> dict[bpy.types.Object, np.ndarray]:
-    found = {bpy.data.objects.get(key): rows for key, rows in faces.items()}
+    objects = objects_by_name()
+    found = {objects.get(key): rows for key, rows in faces.items()}
     return {obj: rows for obj, rows in found.items() if obj is not None and obj.type == "MESH"}
 
 

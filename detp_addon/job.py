@@ -23,7 +23,7 @@ from ..core.memory import check_baking, memory_errors_named
 from ..core.scene import Scene
 from ..core.settings import BakeSettings
 from .causes import turned_away, why_dark, why_no_light, why_nothing_to_bake
-from .chosen_objects import chosen_objects
+from .chosen_objects import chosen_objects, objects_by_name
 from .chosen_views import not_baked
 from .element_values import QUANTITIES, quantity_values, spread
 from .live_colours import LiveColours
@@ -215,7 +215,7 @@ def _steps(
 
 def _writable(targets: tuple[BakeTarget, ...], request: BakeRequest) -> tuple[list[BakeTarget], list[str]]:
     """The targets that can be written, and sentences on those that cannot; raises their error when none can."""
-    writable, refusals, objects = [], {}, _objects()
+    writable, refusals, objects = [], {}, objects_by_name()
     for target in targets:
         refusal = _obstacle(objects[target.object_name, target.library], request)
         if refusal is not None:
@@ -311,7 +311,7 @@ def _lossy_faces(export: ExportedScene, points: _Points, values: _Values, result
         return LossyFaces()
     owner, face = export.shown.owners[points.triangles], export.shown.corners[points.triangles]
     # Triangles stand in the order of their objects.
-    objects, ends = _objects(), np.searchsorted(owner, np.arange(len(export.targets) + 1))
+    objects, ends = objects_by_name(), np.searchsorted(owner, np.arange(len(export.targets) + 1))
     for number, target in enumerate(export.targets):
         mine, obj = slice(ends[number], ends[number + 1]), objects.get((target.object_name, target.library))
         if obj is not None and len(obj.data.loops) == len(target.point_rows):
@@ -381,7 +381,7 @@ def _turned_away(targets: list[BakeTarget], scene: Scene, points: _Points, resul
 
 def _colours(targets: list[BakeTarget], light: _Values, request: BakeRequest) -> tuple[list[MeshColours], list[str]]:
     """The colours of each target's elements, and a warning for each target that changed during the bake."""
-    colours, gone, objects = [], [], _objects()
+    colours, gone, objects = [], [], objects_by_name()
     parts = light.irradiance, light.direct, light.indirect
     for target in targets:
         obj = objects.get((target.object_name, target.library))
@@ -403,14 +403,6 @@ def _colours(targets: list[BakeTarget], light: _Values, request: BakeRequest) ->
     if not colours:
         raise UnwritableFileError("Every object was changed during the bake, so no colours were written: bake again.")
     return colours, gone
-
-
-def _objects() -> dict[tuple[str, str | None], bpy.types.Object]:
-    """All objects by name and library, asked for each time: references do not survive an undo during the bake.
-
-    Blender itself would look through all of them for each name.
-    """
-    return {(obj.name, obj.library.filepath if obj.library else None): obj for obj in bpy.data.objects}
 
 
 def _doubts(result: BakeResult, settings: BakeSettings, stopped: bool, vertices: np.ndarray) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..rays import RayCaster
-from ..sampling import cosine_hemisphere
+from ..sampling import LATTICE, cosine_hemisphere
 
 #: Rays from each point over its hemisphere; the first few alone acquit nearly every point that is not buried.
 RAYS = 32
@@ -27,9 +27,7 @@ class Enclosure:
 
     def __init__(self, caster: RayCaster):
         self._caster = caster
-        # A lattice of rank one: any number of its first points covers the hemisphere evenly.
-        steps = np.arange(RAYS) + 0.5
-        self._uniforms = np.stack([steps * 0.7548776662466927, steps * 0.5698402909980532], axis=1) % 1.0
+        self._uniforms = (np.arange(RAYS) + 0.5)[:, None] * LATTICE % 1.0
 
     def enclosed(self, origins: np.ndarray, normals: np.ndarray) -> np.ndarray:
         """Whether (N,) points at ``origins`` (N, 3), clear of surfaces, with unit ``normals`` (N, 3) are enclosed."""

@@ -7,13 +7,12 @@ from functools import cached_property
 
 import numpy as np
 
+from ..sampling import LATTICE
+from ..sampling import triangle as barycentric
 from ..triangles import normals_and_areas
 
 #: Places beyond one for each value: so many for each value, and at least so many, all in proportion to area.
 MORE, LEAST_MORE = 0.25, 1 << 12
-
-#: Steps of a lattice of rank one, which covers a square evenly with any number of its first points.
-_LATTICE = np.array([0.7548776662466927, 0.5698402909980532])
 
 
 @dataclass(frozen=True)
@@ -48,10 +47,10 @@ class ShownFaces:
 
     def drawn(self, seed: int) -> FacePlaces:
         """Places on the triangles: one near the vertices of each value, and more in proportion to area."""
-        generator = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(6,)))
+        generator = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(7,)))
         near, corner, share = self._one_for_each(generator)
         uniforms = generator.random((len(near), 2))
-        weights = _barycentric(uniforms)
+        weights = barycentric(uniforms)
         # The part of a triangle that is nearer to this corner than to the others, by barycentric coordinates.
         turns = (np.arange(3) - (corner - weights.argmax(axis=1))[:, None]) % 3
         weights = np.take_along_axis(weights, turns, axis=1)
@@ -60,7 +59,7 @@ class ShownFaces:
         ends = np.floor(np.cumsum(more) + generator.random()).astype(np.int64)
         triangle = np.repeat(np.arange(len(more)), np.diff(ends, prepend=0))
         shift = generator.random((len(more), 2))[triangle]
-        spread = _barycentric((np.arange(len(triangle))[:, None] * _LATTICE + shift) % 1.0)
+        spread = barycentric((np.arange(len(triangle))[:, None] * LATTICE + shift) % 1.0)
         triangle, weights = np.concatenate([near, triangle]), np.concatenate([weights, spread])
         return FacePlaces(triangle, weights, (self.areas / np.maximum(share + more, 1e-300))[triangle], share + more)
 
@@ -106,9 +105,3 @@ class FacePlaces:
     def of(self, corners: np.ndarray) -> np.ndarray:
         """What (K, d) is there of what is given at the ``corners`` (T, 3, d) of all triangles."""
         return np.einsum("kc,kcd->kd", self.weights, corners[self.triangle])
-
-
-def _barycentric(uniforms: np.ndarray) -> np.ndarray:
-    """Barycentric coordinates (K, 3) of places spread evenly over a triangle, from ``uniforms`` (K, 2)."""
-    folded = np.where((uniforms.sum(axis=1) > 1.0)[:, None], 1.0 - uniforms, uniforms)
-    return np.column_stack([folded, 1.0 - folded.sum(axis=1)])

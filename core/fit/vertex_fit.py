@@ -214,7 +214,7 @@ class VertexFit:
 
     def _noise(self, errors: np.ndarray, area: np.ndarray, found: np.ndarray, usual: float) -> np.ndarray:
         """Relative standard error (T,) of a place on each triangle, from the places' ``errors`` (K,)."""
-        relative = np.minimum(np.nan_to_num(errors, posinf=0.0) / (found + USUAL * usual), 1.0)
+        relative = np.minimum(errors / (found + USUAL * usual), 1.0)
         triangle, count = self._places.triangle, len(self._faces.values)
         squares, whole = np.bincount(triangle, area * relative**2, count), np.bincount(triangle, area, count)
         everywhere = float(squares.sum() / max(whole.sum(), 1e-300))

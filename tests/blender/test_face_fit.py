@@ -5,7 +5,6 @@ import math
 import bpy
 import numpy as np
 import pytest
-from detp import detp_addon
 from detp.core.settings import BakeSettings
 from detp.core.triangles import normals_and_areas
 from detp.detp_addon import session
@@ -17,12 +16,7 @@ from small_scenes import colours, cube, grid, lamp
 DIRECT = BakeSettings(indirect="off", quality="draft")
 
 
-@pytest.fixture(autouse=True)
-def addon():
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    detp_addon.register()
-    yield
-    detp_addon.unregister()
+pytestmark = pytest.mark.usefixtures("addon")
 
 
 def baked(settings=DIRECT, **request):

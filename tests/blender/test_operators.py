@@ -11,13 +11,7 @@ from detp.detp_addon import operators, session
 from detp.detp_addon.job import BakeRequest, JobProgress
 from detp.detp_addon.properties import bake_request, option_names, scene_options
 
-
-@pytest.fixture(autouse=True)
-def addon():
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    detp_addon.register()
-    yield
-    detp_addon.unregister()
+pytestmark = pytest.mark.usefixtures("addon")
 
 
 @pytest.fixture

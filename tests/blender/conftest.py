@@ -1,0 +1,14 @@
+"""What tests in Blender share."""
+
+import bpy
+import pytest
+from detp import detp_addon
+
+
+@pytest.fixture
+def addon():
+    """The add-on, registered in an empty file."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    detp_addon.register()
+    yield
+    detp_addon.unregister()

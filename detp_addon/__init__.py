@@ -11,7 +11,8 @@ def register() -> None:
     global _command
     import bpy
 
-    from . import command, handlers, operators, panel, properties, show_light
+    from .command import command
+    from .panel import handlers, operators, panel, properties, show_light
 
     properties.register_properties()
     for cls in (*operators.CLASSES, *show_light.CLASSES, *panel.CLASSES):
@@ -24,7 +25,8 @@ def unregister() -> None:
     """Take everything away that :func:`register` added; a running bake is cancelled."""
     import bpy
 
-    from . import command, handlers, operators, panel, properties, show_light
+    from .command import command
+    from .panel import handlers, operators, panel, properties, show_light
 
     command.unregister_command(_command)
     handlers.unregister_handlers()

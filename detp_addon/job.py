@@ -25,12 +25,12 @@ from ..core.settings import BakeSettings
 from .causes import turned_away, why_dark, why_no_light, why_nothing_to_bake
 from .chosen_objects import chosen_objects, objects_by_name
 from .chosen_views import not_baked
-from .element_values import QUANTITIES, quantity_values, spread
-from .live_colours import LiveColours
-from .lossy_faces import LossyFaces
 from .reading.read_scene import FITS, BakeTarget, ExportedScene, read_scene
 from .report import BakeReport, counted
-from .write_attributes import (
+from .writing.element_values import QUANTITIES, quantity_values, spread
+from .writing.live_colours import LiveColours
+from .writing.lossy_faces import LossyFaces
+from .writing.write_attributes import (
     MeshColours,
     check_attribute_name,
     corner_faces,

@@ -7,7 +7,7 @@ import math
 import re
 from dataclasses import dataclass, field, fields
 
-from .lossy_faces import LossyFaces
+from .writing.lossy_faces import LossyFaces
 
 #: words for the phases' seconds, in the order of the report
 STAGES = ("export", "shadow", "trace", "gather", "write")

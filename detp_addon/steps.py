@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Generator
 from typing import TypeVar
 
-from .terminal import say
+from .command.terminal import say
 
 Result = TypeVar("Result")
 

@@ -12,9 +12,9 @@ import sys
 from pathlib import Path
 
 import bpy
-from detp.detp_addon.cycles_bake import bake_with_cycles, set_up_cycles
-from detp.detp_addon.face_copies import LIGHT, give_light_attribute, render_faces
-from detp.detp_addon.files import open_blend
+from detp.detp_addon.files.open_files import open_blend
+from detp.detp_addon.tradeoff.cycles_bake import bake_with_cycles, set_up_cycles
+from detp.detp_addon.tradeoff.face_copies import LIGHT, give_light_attribute, render_faces
 
 
 def main() -> int:

@@ -19,7 +19,7 @@ from pathlib import Path
 
 from detp.core.study.report import markdown_table
 
-PROGRAM = "from detp.detp_addon.console import console; console()"
+PROGRAM = "from detp.detp_addon.command.console import console; console()"
 
 RATIOS = ("button", "button, set-up once", "one object", "one object, set-up once")
 COLUMNS = ("scene", "objects", "corners", "bake", "runs", "s", "error", "estimated", "95 %", "photons", *RATIOS,

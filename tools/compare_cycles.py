@@ -30,10 +30,10 @@ from detp.core.rays import RayCaster
 from detp.core.sampling import frames
 from detp.core.settings import BakeSettings
 from detp.core.triangles import normals_and_areas
-from detp.detp_addon.files import open_blend
-from detp.detp_addon.light_errors import figures
+from detp.detp_addon.files.open_files import open_blend
 from detp.detp_addon.reading.read_scene import read_scene
 from detp.detp_addon.steps import finished
+from detp.detp_addon.tradeoff.light_errors import figures
 
 TANGENT_RAYS = 32
 

@@ -1,14 +1,14 @@
 """Cycles' light at any places of the open scene, not only where its meshes have corners.
 
-Each place is a tiny triangle of an object that no path meets (detp_addon/face_copies.py), plain diffuse, whose corners
-Cycles bakes: exactly there, with the normal that is asked for.
+Each place is a tiny triangle of an object that no path meets (detp_addon/tradeoff/face_copies.py), plain diffuse, whose
+corners Cycles bakes: exactly there, with the normal that is asked for.
 """
 
 import bpy
 import numpy as np
 from detp.core.sampling import frames
-from detp.detp_addon.cycles_bake import bake_with_cycles, light_of, set_up_cycles
-from detp.detp_addon.face_copies import Faces, copy_in
+from detp.detp_addon.tradeoff.cycles_bake import bake_with_cycles, light_of, set_up_cycles
+from detp.detp_addon.tradeoff.face_copies import Faces, copy_in
 
 #: Size of the triangles and, of places on surfaces, their height: in steps of single precision, in which Cycles works.
 #: The corners' rounding turns a triangle by a hundredth or two then, which shows in no more than its square.

@@ -3,11 +3,11 @@
     python tools/cycles_reference.py SCENE.blend -o REFERENCE.npz [--objects NAME ...] [--like OTHER.npz] [--samples N]
         [--faces N | --standpoints N]
 
-What "just inside" is and why, see detp_addon/face_copies.py. The result has the format that compare_cycles.py reads:
-"<object>|<seed>" (corners, 3), E/pi from DIFFUSE, direct and indirect, without colour. With --faces only so many of all
-faces, drawn at random, are baked, so that there is time for many samples; the corners of the others are NaN. With
---standpoints paths start exactly where our own bake stands, at so many of its points, so that what differs is not the
-place.
+What "just inside" is and why, see detp_addon/tradeoff/face_copies.py. The result has the format that
+compare_cycles.py reads: "<object>|<seed>" (corners, 3), E/pi from DIFFUSE, direct and indirect, without colour. With
+--faces only so many of all faces, drawn at random, are baked, so that there is time for many samples; the corners of the
+others are NaN. With --standpoints paths start exactly where our own bake stands, at so many of its points, so that what
+differs is not the place.
 """
 
 import argparse
@@ -19,10 +19,10 @@ import numpy as np
 from cycles_places import light_at
 from detp.core.estimator.standpoints import Standpoints, standpoints
 from detp.core.rays import RayCaster
-from detp.detp_addon.cycles_bake import bake_with_cycles, light_of, set_up_cycles
-from detp.detp_addon.face_copies import Faces, centred, copy_in, render_faces
-from detp.detp_addon.files import open_blend
+from detp.detp_addon.files.open_files import open_blend
 from detp.detp_addon.reading.read_scene import read_scene
+from detp.detp_addon.tradeoff.cycles_bake import bake_with_cycles, light_of, set_up_cycles
+from detp.detp_addon.tradeoff.face_copies import Faces, centred, copy_in, render_faces
 from detp.detp_addon.units import metres_per_unit
 
 

@@ -11,8 +11,8 @@ from detp.core.estimator.enclosure import Enclosure
 from detp.core.rays import RayCaster
 from detp.core.sampling import cosine_hemisphere, triangle
 from detp.core.triangles import normals_and_areas
-from detp.detp_addon.face_copies import Faces, centred, render_faces
 from detp.detp_addon.reading.read_scene import read_scene
+from detp.detp_addon.tradeoff.face_copies import Faces, centred, render_faces
 from detp.detp_addon.units import metres_per_unit
 from shown_faces import shown_faces
 

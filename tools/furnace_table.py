@@ -30,8 +30,8 @@ from detp.core.estimator.visible_area import DIRECTIONS, VisibleDiscs, visible_d
 from detp.core.rays import RayCaster
 from detp.core.sampling import cosine_hemisphere, frames
 from detp.core.settings import BakeSettings
-from detp.detp_addon.element_values import spread
-from detp.detp_addon.write_attributes import faces_of
+from detp.detp_addon.writing.element_values import spread
+from detp.detp_addon.writing.write_attributes import faces_of
 from enclosures import ENCLOSURES, Furnace, furnace
 
 #: how far from one counts as wrong, beyond three standard errors

@@ -34,8 +34,8 @@ import bpy
 import numpy as np
 from detp.core.estimator.enclosure import unlit
 from detp.core.study.report import markdown_table
-from detp.detp_addon.blender_output import blender_silenced
-from detp.detp_addon.files import open_blend
+from detp.detp_addon.command.blender_output import blender_silenced
+from detp.detp_addon.files.open_files import open_blend
 from face_places import Places, cycles_places, given_places
 from shown_faces import shown_faces
 

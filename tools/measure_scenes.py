@@ -52,7 +52,7 @@ def parse() -> argparse.Namespace:
 def measured(scene: Path, gatherer: str, quality: str, folder: Path) -> tuple[dict, str]:
     """The report's entry of one bake, and all that the command printed."""
     report = folder / "report.json"
-    program = "from detp.detp_addon.console import console; console()"
+    program = "from detp.detp_addon.command.console import console; console()"
     command = [sys.executable, "-c", program, "bake", str(scene), "-o", str(folder / "baked.blend"),
                "--quality", quality, "--gatherer", gatherer, "--report", str(report)]  # fmt: skip
     finished = subprocess.run(command, capture_output=True, text=True)

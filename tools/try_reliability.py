@@ -23,7 +23,7 @@ import hostile_files
 from reliability_trials import OUTPUTS, Trials, table
 
 SCENE = Path(__file__).parents[1] / "sample_blends" / "cornell_box.blend"
-PROGRAM = [sys.executable, "-c", "from detp.detp_addon.console import console; console()", "bake"]
+PROGRAM = [sys.executable, "-c", "from detp.detp_addon.command.console import console; console()", "bake"]
 #: seconds that a process may take to end after a signal, and that any may take at all
 PROMPT, LONGEST = 2.0, 120.0
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..baked_layers import ColourLayers
+from ..writing.baked_layers import ColourLayers
 from .findings import Findings
 from .islands import island_numbers
 

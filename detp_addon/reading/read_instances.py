@@ -11,9 +11,9 @@ import numpy as np
 
 from ...core.lights.light import Light
 from ...core.memory import check_reading
-from ..baked_layers import NO_LAYERS, ColourLayers, baked_names, colour_layers
-from ..modifiers import repeats
 from ..units import metres_per_unit
+from ..writing.baked_layers import NO_LAYERS, ColourLayers, baked_names, colour_layers
+from ..writing.modifiers import repeats
 from .estimation_points import CornerPoints, PlacedMesh, place_points
 from .findings import Findings
 from .joined_rows import any_of, starts_of

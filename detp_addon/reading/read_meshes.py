@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..baked_layers import NO_LAYERS, ColourLayers
+from ..writing.baked_layers import NO_LAYERS, ColourLayers
 from .findings import Findings
 from .glass_bodies import settled_glass, without_faint
 from .joined_rows import any_of, batches, starts_of

@@ -6,10 +6,10 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from detp.core.errors import OutOfMemoryError  # noqa: E402
-from detp.detp_addon.baked_layers import MARK, colour_layers  # noqa: E402
-from detp.detp_addon.command import main  # noqa: E402
+from detp.detp_addon.command.command import main  # noqa: E402
 from detp.detp_addon.job import BakeRequest, bake_scene  # noqa: E402
 from detp.detp_addon.steps import finished  # noqa: E402
+from detp.detp_addon.writing.baked_layers import MARK, colour_layers  # noqa: E402
 from made_scenes import fresh, linked, material, mesh, node, quad, read, world  # noqa: E402
 from small_scenes import colours, opened, saved  # noqa: E402
 
@@ -153,7 +153,7 @@ def test_light_that_geometry_nodes_bring_along_is_no_paint(walls):
 
 
 def test_a_failed_write_leaves_no_mark(walls, monkeypatch):
-    from detp.detp_addon import write_attributes
+    from detp.detp_addon.writing import write_attributes
 
     real = write_attributes.leave_mark
 

@@ -8,9 +8,9 @@ import struct
 import bpy
 import pytest
 from detp.core.errors import UnreadableFileError
-from detp.detp_addon.blend_blocks import CutShortError, blocks, check_sound
-from detp.detp_addon.command import main
-from detp.detp_addon.files import check_readable, open_blend
+from detp.detp_addon.command.command import main
+from detp.detp_addon.files.blend_blocks import CutShortError, blocks, check_sound
+from detp.detp_addon.files.open_files import check_readable, open_blend
 from small_scenes import box_on_floor, cube, saved
 
 zstandard = pytest.importorskip("zstandard")
@@ -101,7 +101,7 @@ def test_zeros_without_an_end(tmp_path, packed):
 
 
 def test_small_files_that_unpack_without_an_end(tmp_path, monkeypatch):
-    monkeypatch.setattr("detp.detp_addon.blend_blocks._LARGEST_SMALL", 1 << 20)
+    monkeypatch.setattr("detp.detp_addon.files.blend_blocks._LARGEST_SMALL", 1 << 20)
     path = tmp_path / "bomb.blend"
     block = struct.pack("<4siQii", b"DATA", 1 << 28, 1, 0, 1) + bytes(1 << 28)
     path.write_bytes(zstandard.compress(b"BLENDER-v405" + block))

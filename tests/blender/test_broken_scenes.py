@@ -12,7 +12,7 @@ from detp.core.segments import Segments  # noqa: E402
 from detp.core.settings import BakeSettings  # noqa: E402
 from detp.detp_addon.job import BakeRequest, bake_scene  # noqa: E402
 from detp.detp_addon.reading.remembered import DEEPEST, Remembered  # noqa: E402
-from detp.detp_addon.write_attributes import MeshColours, write_colours  # noqa: E402
+from detp.detp_addon.writing.write_attributes import MeshColours, write_colours  # noqa: E402
 from made_scenes import cube, fresh, lamp, material, node, quad, read, world  # noqa: E402
 
 

@@ -4,7 +4,7 @@ import math
 
 import bpy
 import pytest
-from detp.detp_addon.command import main
+from detp.detp_addon.command.command import main
 from small_scenes import cube, grid, lamp, saved
 
 NAN = float("nan")

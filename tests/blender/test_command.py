@@ -8,8 +8,9 @@ import bpy
 import numpy as np
 import pytest
 from detp.core.errors import SceneBusyError
-from detp.detp_addon import batch, preview
-from detp.detp_addon.command import main
+from detp.detp_addon.command import batch
+from detp.detp_addon.command.command import main
+from detp.detp_addon.preview import render_preview as preview
 from PIL import Image
 from small_scenes import colours, cube, grid, lamp, opened, painted, saved
 

@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 import pytest
-from detp.detp_addon.command import main
+from detp.detp_addon.command.command import main
 from small_scenes import colours, cube, grid, lamp, opened, painted, saved
 
 QUICK = ["--photons", "20000", "--radius", "0.3"]

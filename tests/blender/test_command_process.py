@@ -10,7 +10,7 @@ import bpy
 import pytest
 from small_scenes import grid, lamp, saved
 
-PROGRAM = [sys.executable, "-c", "from detp.detp_addon.console import console; console()", "bake"]
+PROGRAM = [sys.executable, "-c", "from detp.detp_addon.command.console import console; console()", "bake"]
 
 
 @pytest.fixture
@@ -37,7 +37,8 @@ def test_done_and_failed_and_wrong_usage_have_their_own_status(scene, tmp_path):
 
 
 def test_wrong_usage_is_found_without_loading_blender():
-    check = "import sys; from detp.detp_addon.command import main; main(sys.argv[1:]); sys.exit('bpy' in sys.modules)"
+    command = "from detp.detp_addon.command.command import main; main(sys.argv[1:])"
+    check = f"import sys; {command}; sys.exit('bpy' in sys.modules)"
     for arguments in (["bake", "--help"], ["bake", "a.blend", "--radius", "0"], ["bake", "a.blend", "-o", "x"]):
         assert subprocess.run([sys.executable, "-c", check, *arguments], capture_output=True).returncode == 0
 

@@ -7,7 +7,7 @@ bpy = pytest.importorskip("bpy")
 
 import bmesh  # noqa: E402
 from detp.core.errors import EditModeError  # noqa: E402
-from detp.detp_addon.command import main  # noqa: E402
+from detp.detp_addon.command.command import main  # noqa: E402
 from made_scenes import (  # noqa: E402
     diffuse,
     fresh,

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from detp.detp_addon.element_values import Faces, quantity_values, spread
+from detp.detp_addon.writing.element_values import Faces, quantity_values, spread
 
 
 def strip(columns, by_vertex, apart=1.0):

@@ -8,7 +8,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 import scene_table  # noqa: E402
-from detp.detp_addon.cycles_bake import set_up_cycles  # noqa: E402
+from detp.detp_addon.tradeoff.cycles_bake import set_up_cycles  # noqa: E402
 from scene_table import HARMLESS, HONOURED, NAMED_WORD, Zoo  # noqa: E402
 
 TEXT = (Path(__file__).parents[2] / "docs" / "scenes.md").read_text()

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 from detp.core.errors import InvalidSettingError, UnreadableFileError
-from detp.detp_addon.files import check_readable, plan_outputs, plan_side_files
+from detp.detp_addon.files.open_files import check_readable, plan_outputs, plan_side_files
 
 
 def test_without_a_name_the_bake_goes_beside_its_scene():

@@ -11,7 +11,7 @@ from small_scenes import box_on_floor, saved
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="Windows sends a console's signals to all its processes")
 
-PROGRAM = [sys.executable, "-c", "from detp.detp_addon.console import console; console()", "bake"]
+PROGRAM = [sys.executable, "-c", "from detp.detp_addon.command.console import console; console()", "bake"]
 #: a child of the tests starts with the signals as a terminal would give them
 FRESH = {"preexec_fn": lambda: [signal.signal(each, signal.SIG_DFL) for each in (signal.SIGINT, signal.SIGTERM)]}
 
@@ -90,7 +90,7 @@ def test_left_overs_of_a_killed_bake_are_swept_by_the_next(started, tmp_path):
 
 
 NOTED = """import os, signal, time
-from detp.detp_addon.interrupts import end_on_signals
+from detp.detp_addon.command.interrupts import end_on_signals
 end_on_signals(alone=False)
 os.kill(os.getpid(), signal.{})
 time.sleep(30)"""

@@ -14,8 +14,9 @@ from detp.core.errors import (
     UnwritableFileError,
 )
 from detp.core.settings import BakeSettings
-from detp.detp_addon import job, write_attributes
+from detp.detp_addon import job
 from detp.detp_addon.job import BakeRequest, bake_scene
+from detp.detp_addon.writing import write_attributes
 from small_scenes import box_on_floor, colours, cube, grid
 
 SETTINGS = BakeSettings(photons=20000, radius=0.3)

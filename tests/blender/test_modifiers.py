@@ -5,9 +5,9 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from detp.detp_addon.baked_layers import MARK  # noqa: E402
-from detp.detp_addon.command import main  # noqa: E402
-from detp.detp_addon.modifiers import KEEPS_FACES, REPEATS, apply_modifiers  # noqa: E402
+from detp.detp_addon.command.command import main  # noqa: E402
+from detp.detp_addon.writing.baked_layers import MARK  # noqa: E402
+from detp.detp_addon.writing.modifiers import KEEPS_FACES, REPEATS, apply_modifiers  # noqa: E402
 from made_scenes import diffuse, fresh, lamp, linked, map_to_unit_square, quad, read, world  # noqa: E402
 from small_scenes import colours, opened, saved  # noqa: E402
 

@@ -5,9 +5,9 @@ import math
 import bpy
 import numpy as np
 import pytest
-from detp.detp_addon import preview
-from detp.detp_addon.preview import EXPOSED_TO, NEUTRAL, exposure_gain, render_preview
-from detp.detp_addon.write_attributes import MeshColours, write_colours
+from detp.detp_addon.preview import render_preview as preview
+from detp.detp_addon.preview.render_preview import EXPOSED_TO, NEUTRAL, exposure_gain, render_preview
+from detp.detp_addon.writing.write_attributes import MeshColours, write_colours
 from PIL import Image
 
 

@@ -3,9 +3,9 @@
 import io
 
 import pytest
-from detp.detp_addon import progress
+from detp.detp_addon.command import progress
+from detp.detp_addon.command.progress import ProgressDisplay
 from detp.detp_addon.job import JobProgress
-from detp.detp_addon.progress import ProgressDisplay
 
 
 class Terminal(io.StringIO):

@@ -1,7 +1,7 @@
 import bpy
 import pytest
 from detp import detp_addon
-from detp.detp_addon import operators, panel, properties, show_light
+from detp.detp_addon.panel import operators, panel, properties, show_light
 
 OPERATORS = (*operators.CLASSES, *show_light.CLASSES)
 CLASSES = (*OPERATORS, *panel.CLASSES, properties.DETP_PG_settings)

@@ -7,7 +7,7 @@ import bpy
 import pytest
 from detp.core.study import run
 from detp.core.study.run import Extent
-from detp.detp_addon.command import main
+from detp.detp_addon.command.command import main
 from small_scenes import cube, grid, lamp, saved
 
 TINY = Extent(
@@ -55,7 +55,7 @@ def test_it_draws_every_plot(tmp_path):
     from detp.core.study.fields import uniform_discs, uniform_lines
     from detp.core.study.report import PLOTS
     from detp.core.study.scene import StudyScene
-    from detp.detp_addon.study_plots import draw
+    from detp.detp_addon.study.plots import draw
 
     generator = np.random.default_rng(1)
     discs = uniform_discs("surface", 300, 0.1, generator)

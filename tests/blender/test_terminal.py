@@ -7,13 +7,13 @@ import subprocess
 import sys
 
 import pytest
-from detp.detp_addon.command import main
-from detp.detp_addon.progress import ProgressDisplay
+from detp.detp_addon.command.command import main
+from detp.detp_addon.command.progress import ProgressDisplay
+from detp.detp_addon.command.terminal import complain, escaped, harmless, put, say
 from detp.detp_addon.report import to_json
-from detp.detp_addon.terminal import complain, escaped, harmless, put, say
 from small_scenes import box_on_floor, saved
 
-PROGRAM = [sys.executable, "-c", "from detp.detp_addon.console import console; console()", "bake"]
+PROGRAM = [sys.executable, "-c", "from detp.detp_addon.command.console import console; console()", "bake"]
 QUICK = ["--photons", "2000", "--radius", "0.3"]
 EVIL = "a\x1b]0;owned\x07\x1b[2J\r\nSaved it\x9b31m\u202e\u2028\udcff"
 

@@ -7,8 +7,8 @@ bpy = pytest.importorskip("bpy")
 
 from detp.core.bake import bake  # noqa: E402
 from detp.core.settings import BakeSettings  # noqa: E402
-from detp.detp_addon.element_values import spread  # noqa: E402
-from detp.detp_addon.write_attributes import faces_of  # noqa: E402
+from detp.detp_addon.writing.element_values import spread  # noqa: E402
+from detp.detp_addon.writing.write_attributes import faces_of  # noqa: E402
 from enclosures import around_cells, cuboid  # noqa: E402
 from made_scenes import diffuse, fresh, lamp, linked, mesh, read  # noqa: E402
 from rooms import finished  # noqa: E402

@@ -8,9 +8,9 @@ import bpy
 import numpy as np
 import pytest
 from detp.core.settings import BakeSettings
-from detp.detp_addon import tradeoff_candidates
-from detp.detp_addon.command import main
-from detp.detp_addon.tradeoff_candidates import Candidate
+from detp.detp_addon.command.command import main
+from detp.detp_addon.tradeoff import candidates
+from detp.detp_addon.tradeoff.candidates import Candidate
 from small_scenes import cube, grid, lamp, opened, painted, saved
 
 FEW = (
@@ -22,7 +22,7 @@ FEW = (
 @pytest.fixture
 def empty(tmp_path, monkeypatch):
     """An empty scene, where bakes of ours have few photons; returns the path to save it at."""
-    monkeypatch.setattr(tradeoff_candidates, "candidates", lambda radius, quick, names: FEW)
+    monkeypatch.setattr(candidates, "candidates", lambda radius, quick, names: FEW)
     bpy.ops.wm.read_factory_settings(use_empty=True)
     return tmp_path / "scene.blend"
 

@@ -6,9 +6,9 @@ import bpy
 import numpy as np
 import pytest
 from detp.core.errors import SceneNotFoundError
-from detp.detp_addon import preview
 from detp.detp_addon.chosen_views import ViewChoice, chosen_views, not_baked
-from detp.detp_addon.command import main
+from detp.detp_addon.command.command import main
+from detp.detp_addon.preview import render_preview as preview
 from made_scenes import fresh, lamp, linked, quad, world
 from small_scenes import colours, opened, saved
 

@@ -4,8 +4,8 @@ import bpy
 import numpy as np
 import pytest
 from detp.core.errors import AttributeNameTakenError, EditModeError, InvalidSettingError
-from detp.detp_addon import write_attributes
-from detp.detp_addon.write_attributes import (
+from detp.detp_addon.writing import write_attributes
+from detp.detp_addon.writing.write_attributes import (
     MeshColours,
     check_attribute_name,
     element_count,

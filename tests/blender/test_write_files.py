@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from detp.core.errors import DiskFullError, UnreadableFileError, UnwritableFileError
-from detp.detp_addon.command import main
-from detp.detp_addon.leftovers import temporary_name
-from detp.detp_addon.whole_files import check_whole
-from detp.detp_addon.write_files import check_writable, replace_file, write_text
+from detp.detp_addon.command.command import main
+from detp.detp_addon.files.leftovers import temporary_name
+from detp.detp_addon.files.whole_files import check_whole
+from detp.detp_addon.files.write_files import check_writable, replace_file, write_text
 from PIL import Image
 from small_scenes import box_on_floor, opened, saved
 
@@ -212,7 +212,7 @@ def test_a_report_goes_through_links_and_keeps_the_scenes_before_a_fault(scene, 
 
 
 HOLDER = """import sys, time; from pathlib import Path
-from detp.detp_addon.leftovers import temporary_name
+from detp.detp_addon.files.leftovers import temporary_name
 with temporary_name(Path(sys.argv[1]), ".blend") as made:
     made.write_text("half"); made.with_name(made.name + "@").write_text("half"); print(flush=True); time.sleep(60)"""
 

@@ -39,7 +39,7 @@ TRIES = (
 
 def session():
     """The add-on's own module, under whatever name Blender has loaded it."""
-    return next(module for name, module in sys.modules.items() if name.endswith(".detp_addon.session"))
+    return next(module for name, module in sys.modules.items() if name.endswith(".detp_addon.panel.session"))
 
 
 def baking():
@@ -243,7 +243,7 @@ def try_an_error_of_the_program():
 def try_switching_off():
     """Switching the add-on off ends the bake; it can be switched on again."""
     yield from start_a_bake()
-    running, name = session().latest(), session().__name__.removesuffix(".detp_addon.session")
+    running, name = session().latest(), session().__name__.removesuffix(".detp_addon.panel.session")
     bpy.ops.preferences.addon_disable(module=name)
     yield 0.5
     assert running.outcome.status == "CANCELLED", running.outcome

@@ -1,0 +1,1 @@
+"""The panel of the 3D View: properties, operators, and the bake that runs in slices while Blender stays alive."""

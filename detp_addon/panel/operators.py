@@ -1,0 +1,264 @@
+"""What the panel's buttons do: bake, cancel, stop, copy the report."""
+
+import time
+
+import bpy
+
+from ...core.errors import DetpError
+from ..command.terminal import escaped
+from ..job import bake_scene
+from ..report import counted
+from ..units import metres_per_unit
+from ..writing.face_division import divide_faces, select_faces
+from ..writing.live_colours import LiveColours
+from . import session
+from .forecasts import remember
+from .properties import BakeOptions, bake_request, option_names, scene_options
+from .show_light import show_while
+
+#: seconds of work at a time; where Blender is slow to draw, as long as it was away, so that half the time is work
+SHORTEST_SLICE, LONGEST_SLICE = 0.07, 0.5
+#: seconds between the timer's ticks, and between two redraws of the progress
+TICK, REDRAW = 0.02, 0.2
+
+
+class DETP_OT_bake(BakeOptions, bpy.types.Operator):
+    """Bake the light of the whole scene into the meshes' colour attributes"""
+
+    bl_idname = "detp.bake"
+    bl_label = "Bake Vertex Light"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        """Only one bake at a time."""
+        if session.running():
+            cls.poll_message_set("A bake is running: wait for it, or cancel it")
+            return False
+        return context.scene is not None
+
+    def execute(self, context):
+        """Bake at once, from a script or in background mode; arguments that are not given come from the scene."""
+        self._live = False
+        bake = self._begun(context)
+        if bake is None:
+            return {"CANCELLED"}
+        bake.run()
+        return self._ended(context, bake)
+
+    def invoke(self, context, _event):
+        """Bake in slices, so that the window stays alive and Esc cancels."""
+        if context.window is None:
+            return self.execute(context)
+        self._live = self._wants_live(context)
+        self._bake = self._begun(context)
+        if self._bake is None:
+            return {"CANCELLED"}
+        self._workspace = context.workspace.name
+        self._unshow = show_while(context) if self._live else None
+        self._timer = context.window_manager.event_timer_add(TICK, window=context.window)
+        context.window_manager.modal_handler_add(self)
+        self._worked = time.perf_counter()
+        self._show_progress(context)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context, event):
+        """One slice on each tick; everything but Esc and Undo goes on to the rest of Blender."""
+        swallowed = False
+        if self._bake.outcome is None:
+            if event.type == "ESC" and event.value == "PRESS":
+                self._bake.cancel()
+                swallowed = True
+            elif event.type == "TAB" and self._live:
+                swallowed = True  # what is shown could not be replaced in Edit Mode
+            elif event.type == "Z" and (event.ctrl or event.oskey):
+                swallowed = True  # an undo would take the scene back behind what the bake has read
+            elif event.type == "TIMER":
+                try:
+                    self._work()
+                except BaseException:
+                    self._close(context)
+                    raise
+        if self._bake.outcome is not None:
+            self._close(context)
+            return self._ended(context, self._bake)
+        if time.perf_counter() > self._drawn + REDRAW or self._bake.progress.phase != self._phase:
+            self._show_progress(context)
+        return {"RUNNING_MODAL"} if swallowed else {"PASS_THROUGH"}
+
+    def cancel(self, context):
+        """Blender itself ends the operator: the window is closed, or another file is opened."""
+        self._bake.cancel("The bake was cancelled because its window was closed.")
+        self._close(context)
+
+    def draw(self, _context):
+        """Adjust Last Operation says what was done; a slider there would bake again at every touch."""
+        bake = session.latest()
+        if bake is not None and bake.outcome is not None:
+            self.layout.label(text=bake.outcome.message)
+
+    def _wants_live(self, context) -> bool:
+        return self.live if self.properties.is_property_set("live") else context.scene.detp.live
+
+    def _begun(self, context) -> session.BakeSession | None:
+        options = scene_options(context.scene.detp)
+        for name in option_names():
+            if self.properties.is_property_set(name):
+                options[name] = getattr(self, name)
+        for name, value in options.items():
+            setattr(self, name, value)  # so that a repetition bakes the same
+        try:
+            request = bake_request(options, metres_per_unit(context.scene))
+        except DetpError as error:
+            self.report({"ERROR"}, escaped(str(error)))
+            return None
+        live = LiveColours(request.domain, request.attribute if request.activate else None) if self._live else None
+        return session.begin(bake_scene(context.scene, context.view_layer, request, live))
+
+    def _work(self):
+        away = time.perf_counter() - self._worked
+        self._bake.step(min(max(away, SHORTEST_SLICE), LONGEST_SLICE))
+        self._worked = time.perf_counter()
+
+    def _ended(self, context, bake: session.BakeSession) -> set[str]:
+        outcome = bake.outcome
+        if outcome.status == session.DONE:
+            remember(context.scene, context.view_layer, outcome.report)
+        elif self._live:
+            self._unshow()
+        if outcome.status != session.DONE:
+            self.report({"ERROR" if outcome.status == session.FAILED else "INFO"}, escaped(outcome.message))
+            return {"CANCELLED"}
+        for warning in outcome.report.warnings:
+            self.report({"WARNING"}, escaped(warning))
+        self.report({"INFO"}, escaped(outcome.message))
+        return {"FINISHED"}
+
+    def _show_progress(self, context):
+        progress = self._bake.progress
+        self._drawn, self._phase = time.perf_counter(), progress.phase
+        _set_status(self._workspace, f"DETP bake: {progress.phase}, {progress.fraction:.0%}   |   Esc: Cancel")
+        _redraw_sidebars(context)
+
+    def _close(self, context):
+        if self._timer is not None:
+            context.window_manager.event_timer_remove(self._timer)
+            self._timer = None
+        _set_status(self._workspace, None)
+        _redraw_sidebars(context)
+
+
+class DETP_OT_cancel(bpy.types.Operator):
+    """Stop the bake and leave everything as it was"""
+
+    bl_idname = "detp.cancel"
+    bl_label = "Cancel Bake"
+    bl_options = {"INTERNAL"}
+
+    @classmethod
+    def poll(cls, _context):
+        """Only while a bake runs."""
+        return session.running() is not None
+
+    def execute(self, _context):
+        """The bake operator sees it on its next tick."""
+        session.running().cancel()
+        return {"FINISHED"}
+
+
+class DETP_OT_stop(bpy.types.Operator):
+    """End the bake now and keep the light it has found so far"""
+
+    bl_idname = "detp.stop"
+    bl_label = "Stop and Keep"
+    bl_options = {"INTERNAL"}
+
+    @classmethod
+    def poll(cls, _context):
+        """Once there is light to keep."""
+        bake = session.running()
+        return bake is not None and bake.progress.error is not None
+
+    def execute(self, _context):
+        """The bake operator sees it on its next tick."""
+        session.running().stop()
+        return {"FINISHED"}
+
+
+class DETP_OT_copy_report(bpy.types.Operator):
+    """Copy the whole report of the last bake to the clipboard, with all warnings"""
+
+    bl_idname = "detp.copy_report"
+    bl_label = "Copy Report"
+    bl_options = {"INTERNAL"}
+
+    @classmethod
+    def poll(cls, _context):
+        """Only after a finished bake."""
+        bake = session.latest()
+        return bake is not None and bake.outcome is not None and bake.outcome.report is not None
+
+    def execute(self, context):
+        """The same lines as the command line prints."""
+        report = session.latest().outcome.report
+        context.window_manager.clipboard = "\n".join([report.headline(), *report.details()]) + "\n"
+        return {"FINISHED"}
+
+
+class _OnWrongFaces:
+    """What works on the faces that the last bake named."""
+
+    @classmethod
+    def poll(cls, _context):
+        """After a bake that named some, and while none runs."""
+        bake = session.latest()
+        report = bake.outcome.report if bake is not None and bake.outcome is not None else None
+        return report is not None and bool(len(report.lossy_faces.faces))
+
+
+class DETP_OT_select_faces(_OnWrongFaces, bpy.types.Operator):
+    """Select the faces that show more than a quarter of their light wrong between their vertices"""
+
+    bl_idname = "detp.select_faces"
+    bl_label = "Select Faces"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context):
+        """And their objects, of which the last becomes the active one."""
+        count = select_faces(session.latest().outcome.report.lossy_faces.wrong, context)
+        self.report({"INFO"}, f"Selected {counted(count, 'face')}.")
+        return {"FINISHED"}
+
+
+class DETP_OT_divide_faces(_OnWrongFaces, bpy.types.Operator):
+    """Divide the faces whose vertices cannot show their light; bake again to see what it brings"""
+
+    bl_idname = "detp.divide_faces"
+    bl_label = "Subdivide Where Light Changes"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, _context):
+        """The faces get other numbers, so the bake is forgotten."""
+        faces, objects = divide_faces(session.latest().outcome.report.lossy_faces)
+        session.forget()
+        self.report({"INFO"}, f"Divided {counted(faces, 'face')} of {counted(objects, 'object')}: bake again.")
+        return {"FINISHED"}
+
+
+def _set_status(workspace: str, text: str | None) -> None:
+    found = bpy.data.workspaces.get(workspace)
+    if found is not None:
+        found.status_text_set(text)
+
+
+def _redraw_sidebars(context) -> None:
+    for window in context.window_manager.windows:
+        for area in window.screen.areas:
+            for region in area.regions if area.type == "VIEW_3D" else ():
+                if region.type == "UI":
+                    region.tag_redraw()
+
+
+CLASSES = (
+    DETP_OT_bake, DETP_OT_cancel, DETP_OT_stop, DETP_OT_copy_report, DETP_OT_select_faces, DETP_OT_divide_faces,
+)  # fmt: skip

@@ -1,0 +1,119 @@
+"""The bake that is running, or ran last: it is stepped in slices, can be cancelled, and keeps its outcome."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Generator
+from dataclasses import dataclass
+
+from ...core.errors import DetpError
+from ..job import JobProgress
+from ..report import BakeReport
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a bake ended: a sentence, one of DONE, CANCELLED and FAILED, and the report when it is done."""
+
+    status: str
+    message: str
+    report: BakeReport | None = None
+
+
+DONE, CANCELLED, FAILED = "DONE", "CANCELLED", "FAILED"
+
+#: Seconds after reading the scene in which no pause is made to show what comes next: the first light comes the sooner.
+HURRY = 1.0
+
+
+class BakeSession:
+    """One run of the generator ``steps``; nobody else may step or close it.
+
+    progress  where it stands
+    outcome   None while it runs
+    """
+
+    def __init__(self, steps: Generator[JobProgress, None, BakeReport]):
+        self._steps = steps
+        self._phases: set[str] = set()
+        self._read = math.inf  # when the scene had been read
+        self._stop: bool | None = None
+        self._begun = False  # a generator takes nothing before its first step
+        self.progress = JobProgress("Starting", 0.0)
+        self.outcome: Outcome | None = None
+
+    def step(self, seconds: float) -> None:
+        """Work for about so long, to the end, or to what can be shown: colours, or the name of a phase that is new.
+
+        What a user can cause becomes the outcome; an error of the program is raised, after the outcome is set.
+        """
+        deadline = time.perf_counter() + seconds
+        while self.outcome is None:
+            try:
+                self.progress = self._steps.send(self._stop if self._begun else None)
+                self._begun = True
+            except StopIteration as stop:
+                self.outcome = Outcome(DONE, stop.value.headline(), stop.value)
+            except DetpError as error:
+                self.outcome = Outcome(FAILED, str(error))
+            except ReferenceError:
+                self.outcome = Outcome(CANCELLED, "The bake ended because what it was baking was removed.")
+            except BaseException as error:
+                self.outcome = Outcome(FAILED, f"The bake broke off, please report this: {error!r}")
+                raise
+            now, new = time.perf_counter(), self.progress.phase not in self._phases
+            self._phases.add(self.progress.phase)
+            if new and len(self._phases) == 2:
+                self._read = now
+            named = new and not self._read <= now < self._read + HURRY
+            if named or self.progress.shown or now >= deadline:
+                return
+
+    def run(self) -> None:
+        """Work to the end; raises as :meth:`step` does."""
+        while self.outcome is None:
+            self.step(math.inf)
+
+    def stop(self) -> None:
+        """Let the bake end as soon as it can, and keep what it has found."""
+        self._stop = True
+
+    def cancel(self, message: str = "The bake was cancelled; nothing was changed.") -> None:
+        """End without writing anything; does nothing when the bake is over."""
+        if self.outcome is None:
+            self.outcome = Outcome(CANCELLED, message)
+            self._steps.close()
+
+
+_latest: BakeSession | None = None
+
+
+def latest() -> BakeSession | None:
+    """The bake that is running or ran last since this file was opened."""
+    return _latest
+
+
+def running() -> BakeSession | None:
+    """The bake that is running."""
+    return _latest if _latest is not None and _latest.outcome is None else None
+
+
+def begin(steps: Generator[JobProgress, None, BakeReport]) -> BakeSession:
+    """Make ``steps`` the running bake, in place of one that is over."""
+    global _latest
+    _latest = BakeSession(steps)
+    return _latest
+
+
+def cancel_running(message: str) -> None:
+    """Cancel the running bake, if there is one."""
+    session = running()
+    if session is not None:
+        session.cancel(message)
+
+
+def forget() -> None:
+    """Drop the latest bake: it belongs to a file that is no longer open."""
+    global _latest
+    _latest = None

@@ -1,0 +1,140 @@
+"""Draws the study's tables as SVG and PNG; needs matplotlib, which ``pip install ".[study]"`` brings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from ...core.errors import DetpError
+from ...core.study.report import PLOTS
+from ...core.study.run import Findings
+from ..files.write_files import replace_file
+
+_NAMES = {
+    "grid": "Disc Indexing, grid", "tree": "Disc Indexing, tree", "sphere-cache": "Sphere Cache",
+    "brute-force": "brute force",
+}  # fmt: skip
+
+
+class NoPlotsError(DetpError):
+    """matplotlib is not there to draw the plots."""
+
+
+def draw(found: Findings, folder: Path) -> None:
+    """Write each of PLOTS into ``folder`` as .svg and .png.
+
+    Raises NoPlotsError when matplotlib is missing.
+    """
+    made = figure_class()
+    for name, title in PLOTS.items():
+        figure = made(figsize=(12 if name == "growth" else 9, 4.2), layout="constrained")
+        figure.suptitle(title)
+        _DRAWN[name](figure, found.tables)
+        save(figure, folder, name)
+
+
+def figure_class():
+    """matplotlib's Figure, for drawing into files; raises NoPlotsError when it is missing."""
+    try:
+        import matplotlib
+    except ImportError as error:
+        raise NoPlotsError('The plots need matplotlib: install it with pip install ".[study]".') from error
+    matplotlib.use("Agg")
+    from matplotlib.figure import Figure
+
+    return Figure
+
+
+def save(figure, folder: Path, name: str) -> None:
+    """Write a figure as SVG and PNG."""
+    for ending in ("svg", "png"):
+        replace_file(folder / f"{name}.{ending}", partial(figure.savefig, dpi=110))
+
+
+def _radius(figure, tables: dict) -> None:
+    rows = [row for row in tables["radius"] if row["search"] != "auto"]
+    for axes, scene, here in _panels(figure, rows, "scene", "d / spacing", "µs a segment"):
+        axes.set_title(scene)
+        for search, line in _groups(here, "search"):
+            axes.loglog([row["d/spacing"] for row in line], [1e6 * row["processor"] / row["n_R"] for row in line],
+                        "o-", label=_NAMES[search])  # fmt: skip
+        axes.legend()
+
+
+def _q(figure, tables: dict) -> None:
+    for axes, kind, here in _panels(figure, tables["q"], "points", "Q", "comparisons a segment"):
+        axes.set_title(f"points: {kind}")
+        for is_sorted, line in _groups(here, "sorted"):
+            name = "sorted" if is_sorted else f"unsorted, {line[0]['n_P']} points"
+            axes.semilogy([row["Q"] for row in line], [row["tests"] for row in line], "o-", label=f"counted, {name}")
+            if is_sorted:
+                axes.semilogy([row["Q"] for row in line], [row["theory"] for row in line], "--", label="theory")
+                time = axes.twinx()
+                time.plot([row["Q"] for row in line], [row["seconds"] for row in line], "r:", label="time")
+                time.set_ylabel("seconds (dotted)")
+        axes.axvspan(0.6, 0.7, color="0.9")
+        axes.legend(loc="upper center")
+
+
+def _slack(figure, tables: dict) -> None:
+    for axes, kind, here in _panels(figure, tables["slack"], "points", "last sphere / disc", "comparisons a segment"):
+        axes.set_title(f"points: {kind}")
+        axes.plot([row["slack"] for row in here], [row["tests"] for row in here], "o-", label="counted")
+        axes.plot([row["slack"] for row in here], [row["theory"] for row in here], "--", label="theory")
+        axes.set_ylim(bottom=0)
+        axes.legend()
+
+
+def _growth(figure, tables: dict) -> None:
+    most = max(row["n_R"] for row in tables["growth"])
+    rows = [row | {"case": f"{row['points']}, {row['discs'].replace('_', ' ')}"} for row in tables["growth"]]
+    rows = [row for row in rows if row["n_R"] == most]
+    for axes, case, here in _panels(figure, rows, "case", "points", "comparisons a segment"):
+        axes.set_title(case)
+        for gatherer, line in _groups(here, "gatherer"):
+            axes.loglog([row["n_P"] for row in line], [row["work"] / most for row in line], "o-", label=gatherer)
+        axes.xaxis.set_minor_formatter("")
+    figure.axes[0].legend(fontsize="small")
+
+
+def _cauchy_crofton(figure, tables: dict) -> None:
+    axes = figure.subplots()
+    for scene, line in _groups(tables["cauchy_crofton"], "scene"):
+        axes.loglog([row["r/r0"] for row in line], [row["measured/expected"] for row in line], "o-", label=scene)
+    axes.axhline(1.0, color="0.5")
+    axes.set(xlabel="r / r0", ylabel="measured / expected")
+    axes.legend(fontsize="small", ncols=2)
+
+
+def _predicted(figure, tables: dict) -> None:
+    axes = figure.subplots()
+    rows = [row for table in ("radius", "choice") for row in tables[table] if row["search"] != "auto"]
+    for search, dots in _groups(rows, "search"):
+        axes.loglog([row["processor"] for row in dots], [row["predicted processor"] for row in dots], "o",
+                    label=_NAMES[search])  # fmt: skip
+    ends = [min(row["processor"] for row in rows), max(row["processor"] for row in rows)]
+    for factor, style in ((1.0, "k-"), (1.5, "k:"), (1 / 1.5, "k:")):
+        axes.loglog(ends, [factor * end for end in ends], style, linewidth=1)
+    axes.set(xlabel="measured, processor seconds", ylabel="predicted")
+    axes.legend()
+
+
+def _panels(figure, rows: list[dict], key: str, xlabel: str, ylabel: str):
+    """Axes side by side, one for each value of ``key``, with that value and its rows."""
+    groups = _groups(rows, key)
+    for axes, (value, here) in zip(figure.subplots(1, len(groups), squeeze=False)[0], groups, strict=True):
+        axes.set(xlabel=xlabel, ylabel=ylabel)
+        axes.grid(alpha=0.3)
+        yield axes, value, here
+
+
+def _groups(rows: list[dict], key: str) -> list[tuple]:
+    """Each value of ``key`` with its rows, in the order of their first ones."""
+    return [(value, [row for row in rows if row[key] == value]) for value in dict.fromkeys(row[key] for row in rows)]
+
+
+_DRAWN: dict[str, Callable] = {
+    "radius": _radius, "q": _q, "slack": _slack, "growth": _growth, "cauchy_crofton": _cauchy_crofton,
+    "predicted": _predicted,
+}  # fmt: skip

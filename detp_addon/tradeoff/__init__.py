@@ -1,0 +1,1 @@
+"""``detp tradeoff``: error against time on a scene, beside Cycles' own vertex bake."""

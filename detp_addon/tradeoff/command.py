@@ -1,0 +1,154 @@
+"""``detp tradeoff``: measures on one scene what error each kind of bake gives in what time, beside Cycles."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from ..command.terminal import complain, escaped, say
+from ..files.open_files import check_readable
+from ..files.write_files import made_folder
+from ..steps import printed
+from .candidates import GROUPS, NAMES
+
+#: (most samples of the reference in each half, its noise that is small enough, runs, Cycles' samples, corners)
+_FULL = (2048, 0.01, 3, "1,4,16,64", 3000)
+_QUICK = (256, 0.03, 1, "1,4", 1000)
+
+#: a bake of Cycles ends after them
+CYCLES_SECONDS = 60
+
+
+def add_tradeoff(commands) -> None:
+    """Add the subcommand to argparse's ``commands``."""
+    tradeoff = commands.add_parser(
+        "tradeoff", help="measure error against time on a scene, beside Cycles",
+        description="Bake a scene with both gatherers, several radii and numbers of photons, the qualities, targets, "
+        "and with Cycles, compare all with a converged reference, and write tradeoff.md, tradeoff.json, tradeoff.csv "
+        "and plots (SVG, PNG). The scene itself is not changed.",
+    )  # fmt: skip
+    tradeoff.set_defaults(run=_tradeoff)
+    tradeoff.add_argument("scene", metavar="SCENE.blend")
+    tradeoff.add_argument("-o", dest="output", required=True, metavar="FOLDER", help="where all goes; made if need be")
+    tradeoff.add_argument("--quick", action="store_true", help="fewer bakes, one run of each, a rougher reference")
+    tradeoff.add_argument(
+        "--reference", metavar="FILE.npz",
+        help="keep the reference there, and take it from there next time (default: FOLDER/reference_<scene's key>.npz)",
+    )  # fmt: skip
+    tradeoff.add_argument("--reference-samples", type=_count, metavar="N", help="at most, in each of its halves")
+    tradeoff.add_argument("--samples", type=_counts, metavar="N,N,...", help="of Cycles' bakes")
+    tradeoff.add_argument("--points", type=_count, metavar="N", help="face corners to compare at, about")
+    tradeoff.add_argument("--runs", type=_count, metavar="N", help="of each bake, whose medians are told")
+    tradeoff.add_argument(
+        "--bakes",
+        type=_names,
+        default=GROUPS,
+        metavar="NAME,...",
+        help=f"of {', '.join(NAMES).replace('%', '%%')} (default: all)",
+    )
+    tradeoff.add_argument(
+        "--cycles-seconds", type=_count, default=CYCLES_SECONDS, metavar="S",
+        help="end a bake of Cycles after that, and tell its time from the objects it reached (default: %(default)s)",
+    )  # fmt: skip
+    tradeoff.add_argument(
+        "--no-cycles", action="store_true", help="without Cycles' bakes; the reference is still its own"
+    )
+
+
+def _tradeoff(arguments: argparse.Namespace) -> int:
+    scene = Path(arguments.scene)
+    check_readable(scene)
+    folder = made_folder(arguments.output)
+    samples, noise, runs, counts, points = _QUICK if arguments.quick else _FULL
+    samples = arguments.reference_samples or samples
+    cycles = () if arguments.no_cycles else arguments.samples or _counts(counts)
+
+    # Everything that can be wrong without Blender has been checked, and Blender takes a second to load.
+    from ..command.blender_output import blender_silenced
+
+    with blender_silenced():
+        from ..files.open_files import open_blend
+        from . import report
+        from .candidates import candidates
+        from .figures import findings
+        from .reference import converged_reference, reference_key
+        from .runs import Plan, Runs, one_round
+        from .scene import compared_scene
+
+        warnings = open_blend(scene)
+    machine = report.machine()
+    compared = printed(compared_scene(arguments.points or points))
+    warnings = [*warnings, *compared.warnings]
+    for warning in compared.warnings:
+        say(f"Warning: {warning}")
+    key = reference_key(scene, compared)
+    kept = Path(arguments.reference) if arguments.reference else folder / f"reference_{key}.npz"
+    reference = printed(converged_reference(compared, kept, key, samples, noise))
+    ours = candidates(compared.radius, arguments.quick, arguments.bakes)
+    plan = Plan(ours, cycles, arguments.runs or runs, arguments.cycles_seconds)
+    measured = Runs.of(plan)
+    for run in range(plan.runs):
+        printed(one_round(measured, compared, plan, run))
+        # What has been measured so far is kept, should the rest take longer than anybody waits.
+        found = findings(compared, reference, measured.done)
+        facts = {
+            "scene": str(scene), "command": f"detp tradeoff {scene.name}{_options(arguments)}", "machine": machine,
+            "warnings": warnings + _refused(measured.done),
+        }  # fmt: skip
+        report.write(found, facts, folder, _drawn(found, escaped(scene.stem), folder, quiet=run + 1 < plan.runs))
+    say(f"Saved {folder / 'tradeoff.md'}, tradeoff.json and tradeoff.csv")
+    return 0
+
+
+def _refused(measured) -> list[str]:
+    """What Cycles would not bake, and why, once each."""
+    reasons = {name: why for run in measured for name, why in run.facts.get("refused", {}).items()}
+    return [f"Cycles would not bake '{name}': {why}" for name, why in reasons.items()]
+
+
+def _drawn(found, title: str, folder: Path, quiet: bool) -> bool:
+    """Draw the plots; without matplotlib say so, unless ``quiet``, and return False."""
+    from ..study.plots import NoPlotsError
+    from .plots import draw
+
+    try:
+        draw(found, f"{title}: error against time", folder)
+    except NoPlotsError as error:
+        if not quiet:
+            complain(f"detp: {error}")
+        return False
+    return True
+
+
+def _options(arguments: argparse.Namespace) -> str:
+    """The options that were given, as they were."""
+    given = {name: getattr(arguments, name) for name in ("samples", "reference_samples", "points", "runs")}
+    given |= {
+        "bakes": None if arguments.bakes == GROUPS else arguments.bakes,
+        "cycles_seconds": None if arguments.cycles_seconds == CYCLES_SECONDS else arguments.cycles_seconds,
+    }
+    text = "".join(
+        f" --{name.replace('_', '-')} {','.join(map(str, value)) if isinstance(value, tuple) else value}"
+        for name, value in given.items()
+        if value is not None
+    )
+    flags = "".join(f" --{name.replace('_', '-')}" for name in ("quick", "no_cycles") if getattr(arguments, name))
+    return f" -o FOLDER{flags}{text}"
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"a whole number of 1 or more is needed, not '{text}'")
+    return int(text)
+
+
+def _counts(text: str) -> tuple[int, ...]:
+    return tuple(sorted({_count(part) for part in text.split(",")}))
+
+
+def _names(text: str) -> tuple[str, ...]:
+    names = tuple(text.split(","))
+    unknown = [name for name in names if name not in NAMES]
+    if unknown:
+        raise argparse.ArgumentTypeError(f"unknown bakes '{unknown[0]}': choose of {', '.join(NAMES)}")
+    return names

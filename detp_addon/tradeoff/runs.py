@@ -1,0 +1,156 @@
+"""Our bakes and those of Cycles, one after the other and again, each timed and kept at the corners to compare."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Generator
+from dataclasses import dataclass, field, replace
+
+import bpy
+import numpy as np
+
+from ...core.settings import BakeSettings
+from ..command.blender_output import blender_silenced
+from ..job import BakeRequest, bake_scene
+from ..steps import finished
+from .candidates import Candidate
+from .cycles_bake import BOUNCES, bake_with_cycles, light_of, set_up_cycles
+from .face_copies import copy_in
+from .scene import ComparedScene
+
+#: the attribute that our bakes write
+OURS = "detp tradeoff"
+
+#: who bakes: we; Cycles, as pressing its button does; Cycles just inside the corners, all objects as one
+WHO = ("detp", "cycles", "cycles inside")
+
+#: reflections that Blender allows unless told otherwise
+DEFAULT_BOUNCES = 4
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How much is measured: our ``candidates``, Cycles' numbers of ``samples``, ``runs`` of each.
+
+    cycles_seconds  a bake of Cycles ends when they are over, and its time is told from the objects that it reached
+    """
+
+    candidates: tuple[Candidate, ...]
+    samples: tuple[int, ...]
+    runs: int = 3
+    cycles_seconds: float = 60.0
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Equal runs: who (one of WHO), what, ``seconds`` and RGB sums ``light`` (M,) of each run.
+
+    group    candidates of one group make a line in the plots; ``preset`` whether it is one that the panel offers
+    samples  of Cycles, 0 of ours; ``complete`` whether Cycles baked all objects
+    facts    about the last run
+    """
+
+    who: str
+    label: str
+    group: str
+    preset: bool = False
+    samples: int = 0
+    seconds: list[float] = field(default_factory=list)
+    light: list[np.ndarray] = field(default_factory=list)
+    facts: dict = field(default_factory=dict)
+
+    @property
+    def median_seconds(self) -> float:
+        """Of all runs."""
+        return float(np.median(self.seconds))
+
+
+@dataclass(frozen=True)
+class Runs:
+    """All kinds of runs of a plan: ours, Cycles' button, Cycles inside, and there with Blender's default bounces."""
+
+    ours: tuple[Measured, ...]
+    pressed: tuple[Measured, ...]
+    inside: tuple[Measured, ...]
+    bounces: tuple[Measured, ...]
+
+    @staticmethod
+    def of(plan: Plan) -> Runs:
+        """Those of a plan, none of which has been done."""
+        middle = plan.samples[len(plan.samples) // 2 :][:1]
+        fewer = f"{DEFAULT_BOUNCES} bounces"
+        return Runs(
+            tuple(Measured("detp", c.label, c.group, c.preset, facts={"options": c.options}) for c in plan.candidates),
+            tuple(Measured("cycles", f"Cycles, {n} samples", "cycles", samples=n) for n in plan.samples),
+            tuple(Measured("cycles inside", f"Cycles inside, {n} samples", "inside", samples=n) for n in plan.samples),
+            tuple(
+                Measured("cycles inside", f"Cycles inside, {n} samples, {fewer}", "bounces", samples=n) for n in middle
+            ),
+        )
+
+    @property
+    def done(self) -> list[Measured]:
+        """Those that have been done at least once."""
+        return [kind for kind in (*self.ours, *self.pressed, *self.inside, *self.bounces) if kind.seconds]
+
+
+def one_round(runs: Runs, compared: ComparedScene, plan: Plan, run: int) -> Generator[str, None, None]:
+    """Do each kind once more, in turn, so that the machine's moods meet all alike; yields sentences."""
+    for measured, candidate in zip(runs.ours, plan.candidates, strict=True):
+        _bake_ours(measured, candidate.settings, compared, run)
+        yield _said(measured, run)
+    for measured in runs.pressed:
+        _press(measured, compared, plan.cycles_seconds, run)
+        yield _said(measured, run)
+    if not plan.samples:
+        return
+    scene = bpy.context.scene
+    with copy_in(scene, compared.faces.just_inside(compared.scene_radius)) as copy:
+        for measured in runs.inside:
+            if _expected_seconds(runs.inside, measured.samples) <= 2 * plan.cycles_seconds:
+                _bake_inside(measured, copy, compared, run)
+                yield _said(measured, run)
+        for measured in runs.bounces:
+            if _expected_seconds(runs.inside, measured.samples) <= 2 * plan.cycles_seconds:
+                set_up_cycles(scene, DEFAULT_BOUNCES)
+                _bake_inside(measured, copy, compared, run)
+                set_up_cycles(scene, BOUNCES)
+                yield _said(measured, run)
+
+
+def _bake_ours(measured: Measured, settings: BakeSettings, compared: ComparedScene, run: int) -> None:
+    request = BakeRequest(replace(settings, seed=run), targets=compared.objects, attribute=OURS, activate=False)
+    scene, layer = bpy.context.scene, bpy.context.view_layer
+    start = time.perf_counter()
+    with blender_silenced():
+        report = finished(bake_scene(scene, layer, request))
+    measured.seconds.append(time.perf_counter() - start)
+    light = {obj.name: light_of(obj, OURS) for obj in compared.blender_objects}
+    measured.light.append(compared.at_chosen(light))
+    measured.facts.update(
+        photons=report.photons, segments=report.segments, shadow_rays=report.shadow_rays, radius=report.radius,
+        gatherer=report.gatherer, estimated_error=report.relative_error, stages=report.seconds,
+    )  # fmt: skip
+
+
+def _press(measured: Measured, compared: ComparedScene, limit: float, run: int) -> None:
+    bake = bake_with_cycles(compared.blender_objects, measured.samples, seed=1 + run, limit=limit)
+    measured.seconds.append(bake.seconds)
+    measured.light.append(compared.at_chosen({obj.name: light_of(obj) for obj in bake.baked}))
+    measured.facts.update(baked=len(bake.baked), complete=bake.complete, refused=bake.refused)
+
+
+def _bake_inside(measured: Measured, copy, compared: ComparedScene, run: int) -> None:
+    bake = bake_with_cycles([copy], measured.samples, seed=101 + run)
+    measured.seconds.append(bake.seconds)
+    measured.light.append(light_of(copy).sum(axis=1)[compared.chosen])
+
+
+def _expected_seconds(inside: tuple[Measured, ...], samples: int) -> float:
+    """As long as the largest run so far, in proportion to the samples."""
+    done = [measured for measured in inside if measured.seconds and measured.samples < samples]
+    return samples / done[-1].samples * done[-1].median_seconds if done else 0.0
+
+
+def _said(measured: Measured, run: int) -> str:
+    return f"Run {run + 1}: {measured.label}: {measured.seconds[-1]:.2f} s"

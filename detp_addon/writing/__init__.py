@@ -1,0 +1,1 @@
+"""Writes what was baked: colour attributes, their live preview, faces that lose light and their division."""

@@ -16,7 +16,7 @@ from .estimator.visible_area import SPARSE
 from .irradiance import Irradiance, error_within, share_within
 from .photons.photon_light import PHOTONS_PER_GATHER, PhotonLight
 from .settings import BakeSettings
-from .stopwatch import Stopwatch
+from .stages import Stopwatch
 
 #: The first steps, so that there is light to look at soon, and the variance is known.
 FIRST_ROUNDS = 4

@@ -13,13 +13,15 @@ from dataclasses import dataclass, field, replace
 import bpy
 import numpy as np
 
-from ..core.bake import BakeResult, Progress, bake
+from ..core.bake import bake
 from ..core.direct.ambient_occlusion import ambient_occlusion
 from ..core.direct.lit_behind import lit_behind
 from ..core.errors import DetpError, InvalidSettingError, NoLightError, NoMeshError, UnwritableFileError
 from ..core.estimator.enclosure import unlit
 from ..core.fit.vertex_fit import VertexFit
 from ..core.memory import check_baking, memory_errors_named
+from ..core.points import Points
+from ..core.result import BakeResult, Progress
 from ..core.scene import Scene
 from ..core.settings import BakeSettings
 from .causes import turned_away, why_dark, why_no_light, why_nothing_to_bake
@@ -335,8 +337,8 @@ def _bake_steps(
         left = settings.seconds - reading - WRITING * len(points.centres)
         settings = replace(settings, seconds=max(left, LEAST_SECONDS))
     try:
-        places = points.centres, points.normals
-        result = yield from bake(surfaces, *places, settings, points.inward, points.facing, points.fit)
+        places = Points(points.centres, points.normals, points.inward, points.facing)
+        result = yield from bake(surfaces, places, settings, points.fit)
     except NoLightError as error:
         raise NoLightError(why_no_light(scene, export.warnings) or str(error)) from None
     yield Progress("Writing the colours", 1.0, result)

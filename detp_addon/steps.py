@@ -10,15 +10,6 @@ from .command.terminal import say
 Result = TypeVar("Result")
 
 
-def finished(steps: Generator[object, None, Result]) -> Result:
-    """Take all ``steps`` and return what they return."""
-    while True:
-        try:
-            next(steps)
-        except StopIteration as stop:
-            return stop.value
-
-
 def printed(steps: Generator[str, None, Result]) -> Result:
     """Take all ``steps``, print the sentence that each yields, and return what they return."""
     while True:

@@ -21,7 +21,7 @@ from detp.core.photons.emission import lights_of
 from detp.core.rays import RayCaster
 from detp.core.refinement import Refinement, first_rounds
 from detp.core.settings import BakeSettings
-from detp.core.stopwatch import Stopwatch
+from detp.core.stages import Stopwatch
 from detp.detp_addon.chosen_objects import chosen_objects
 from detp.detp_addon.reading.read_scene import read_scene
 

@@ -25,14 +25,14 @@ from pathlib import Path
 
 import bpy
 import numpy as np
-from detp.core.bake import bake
+from detp.core.bake import baked
+from detp.core.points import Points
 from detp.core.rays import RayCaster
 from detp.core.sampling import frames
 from detp.core.settings import BakeSettings
 from detp.core.triangles import normals_and_areas
 from detp.detp_addon.files.open_files import open_blend
 from detp.detp_addon.reading.read_scene import read_scene
-from detp.detp_addon.steps import finished
 from detp.detp_addon.tradeoff.light_errors import figures
 
 TANGENT_RAYS = 32
@@ -46,8 +46,8 @@ def main() -> int:
     exported = read_scene(bpy.context.scene, bpy.context.view_layer, targets, "CORNER")
     names = ("quality", "error", "photons", "radius", "gatherer", "estimator", "direct", "seed")
     settings = BakeSettings(**{name: getattr(arguments, name) for name in names})
-    result = finished(
-        bake(exported.scene, exported.centres, exported.normals, settings, exported.inward, exported.facing)
+    result = baked(
+        exported.scene, Points(exported.centres, exported.normals, exported.inward, exported.facing), settings
     )
     clear = away_from_edges(exported, result.radius)
     reliable = np.full(len(exported.centres), True) if arguments.every_corner else ~on_other_surfaces(exported)

@@ -22,12 +22,14 @@ from pathlib import Path
 
 import bpy
 import numpy as np
-from detp.core.bake import BakeResult, bake
+from detp.core.bake import bake
 from detp.core.discs import TangentDiscs
 from detp.core.estimator.enclosure import unlit
 from detp.core.estimator.rings import RINGS
 from detp.core.estimator.visible_area import DIRECTIONS, VisibleDiscs, visible_discs
+from detp.core.points import Points
 from detp.core.rays import RayCaster
+from detp.core.result import BakeResult
 from detp.core.sampling import cosine_hemisphere, frames
 from detp.core.settings import BakeSettings
 from detp.detp_addon.writing.element_values import spread
@@ -138,7 +140,7 @@ def percent(share: float, digits: int) -> str:
 
 def row(name: str, domain: str, enclosure: Furnace, radius: float | None, photons: int) -> str:
     """One line of the table."""
-    plain, visible = (baked(enclosure, estimator, radius, photons) for estimator in ("plain", "visible"))
+    plain, visible = (baked_with(enclosure, estimator, radius, photons) for estimator in ("plain", "visible"))
     placed = placed_discs(enclosure, visible.radius)
     noiseless = limit(enclosure, placed, LIMIT_RAYS, np.random.default_rng(1))
     readings = [
@@ -155,7 +157,7 @@ def row(name: str, domain: str, enclosure: Furnace, radius: float | None, photon
 
 def row_with_more(name: str, enclosure: Furnace, radius: float, photons: int) -> str:
     """One line of the second table."""
-    visible = baked(enclosure, "visible", radius, photons)
+    visible = baked_with(enclosure, "visible", radius, photons)
     noise = errors(visible, placed_discs(enclosure, radius).area.areas)
     reading = elements(enclosure, visible.hidden, visible.irradiance[:, 0], noise)
     cells = [name, f"{radius:.3g}", str(len(reading.values))]
@@ -164,11 +166,11 @@ def row_with_more(name: str, enclosure: Furnace, radius: float, photons: int) ->
     return f"| {' | '.join(cells)} |"
 
 
-def baked(enclosure: Furnace, estimator: str, radius: float | None, photons: int) -> BakeResult:
+def baked_with(enclosure: Furnace, estimator: str, radius: float | None, photons: int) -> BakeResult:
     exported = enclosure.exported
     # What shines here is known to photons alone.
     settings = BakeSettings("final", photons, radius, estimator=estimator, direct="photons", indirect="photons")
-    steps = bake(exported.scene, exported.centres, exported.normals, settings, exported.inward, exported.facing)
+    steps = bake(exported.scene, Points(exported.centres, exported.normals, exported.inward, exported.facing), settings)
     while True:
         try:
             next(steps)

@@ -55,6 +55,11 @@ class RecordLight:
         """Of the records' smallest discs, metres."""
         return WIDTH * self._records.finest
 
+    @property
+    def looking(self) -> tuple[np.ndarray, np.ndarray]:
+        """From where (2 C, 3) m the records look for light, and their unit normals (2 C, 3)."""
+        return self._records.held.stands, self._records.held.normals
+
     def look_at_lights(self, times: float = 1.0) -> Iterator[None]:
         """Cast shadow rays from the records, step by step: the first rounds, then as many ``times`` those before."""
         if self._rays is None or (self._rays.done and self._rays.exact):

@@ -11,7 +11,7 @@ from ..estimator.visible_area import VisibleDiscs
 from ..gatherers.gatherer import Gatherer
 from ..parallel import ordered_map
 from ..segments import Segments
-from ..stopwatch import Stopwatch
+from ..stages import Stopwatch
 from .emission_guide import EmissionGuide
 from .tracing import PhotonTracer
 

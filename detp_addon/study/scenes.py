@@ -7,16 +7,11 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ...core.direct.direct_light import DirectLight
-from ...core.direct.stands import Stands
-from ...core.estimator.standpoints import Standpoints, standpoints
-from ...core.photons.emission import lights_of
-from ...core.photons.tracing import PhotonTracer
-from ...core.radius import chosen_disc
-from ...core.rays import RayCaster
-from ...core.refinement import FIRST_ROUNDS
+from ...core.bake import Baking
+from ...core.points import Points
 from ...core.segments import Segments
 from ...core.settings import BakeSettings
+from ...core.stages import finished
 from ...core.study.scene import StudyScene
 from ..command.blender_output import blender_silenced
 from ..files.open_files import check_readable, open_blend
@@ -35,25 +30,18 @@ def load_study_scene(name: str, path: Path, segments: int) -> StudyScene:
     with blender_silenced():
         open_blend(path)
         export = read_scene(bpy.context.scene, bpy.context.view_layer, None, "CORNER")
-    caster = RayCaster(export.scene.corners, export.centres)
-    settings = BakeSettings(quality="preview")
-    places = Standpoints.joined(list(standpoints(caster, export.centres, export.facing, export.inward)))
-    stands = Stands(export.centres, places.origins, export.facing)
-    direct = DirectLight(export.scene, caster, stands, export.normals, settings, lights_of(export.scene))
-    for _ in direct.rounds(0, FIRST_ROUNDS):
-        pass
-    disc = chosen_disc(
-        export.scene, caster, export.centres, export.normals, settings, direct.irradiance.value, ["indirect"]
-    )
-    tracer = PhotonTracer(export.scene, caster, export.scene.bounds.expanded(2 * disc.radius), settings.bounces)
+    points = Points(export.centres, export.normals, export.inward, export.facing)
+    work = Baking(export.scene, points, BakeSettings(quality="preview", indirect="photons"))
+    for stage in (work.place_points, work.cast_first_rays, work.place_discs):
+        finished(stage())
     parts: list[Segments] = []
     while sum(map(len, parts)) < segments:
         generator = np.random.default_rng(np.random.SeedSequence(0, spawn_key=(2, len(parts))))
-        parts.append(tracer.trace(PHOTONS, generator).segments)
+        parts.append(work.tracer.trace(PHOTONS, generator).segments)
     traced = Segments.joined(parts)
     # A bake leaves direct light to shadow rays, and searches the rest.
-    searched = np.count_nonzero(traced.bounce) * disc.photons // (PHOTONS * len(parts))
+    searched = np.count_nonzero(traced.bounce) * work.disc.photons // (PHOTONS * len(parts))
     return StudyScene(
-        name, len(export.scene.triangles), export.centres, export.normals, disc.radius, traced.spread(segments),
+        name, len(export.scene.triangles), export.centres, export.normals, work.disc.radius, traced.spread(segments),
         max(1, searched),
     )  # fmt: skip

@@ -3,13 +3,14 @@
 from dataclasses import dataclass
 
 import numpy as np
-from detp.core.bake import bake
+from detp.core.bake import baked
 from detp.core.lights.area import AreaLight
 from detp.core.lights.sun import SunLight
 from detp.core.lights.world import UniformWorld
+from detp.core.points import Points
 from detp.core.scene import Scene
 from detp.core.settings import BakeSettings
-from rooms import box_quads, finished, scene_of
+from rooms import box_quads, scene_of
 
 #: half the width, in standard errors, of an interval that holds a normal variable's mean in 95 % of cases
 WIDTH = 1.959964
@@ -86,7 +87,7 @@ def coverage(
 def repeated(subject: Subject, seeds: int, first: int = 0, **settings) -> tuple[np.ndarray, np.ndarray]:
     """Bake ``subject`` with ``seeds`` seeds: the values and standard errors, (seeds, N, 3) each."""
     results = [
-        finished(bake(subject.scene, subject.points, subject.normals, BakeSettings(seed=first + seed, **settings)))
+        baked(subject.scene, Points(subject.points, subject.normals), BakeSettings(seed=first + seed, **settings))
         for seed in range(seeds)
     ]
     return np.stack([result.irradiance for result in results]), np.stack([r.standard_error for r in results])

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
-from detp.core.bake import BakeResult, bake
+from detp.core.bake import baked
 from detp.core.discs import TangentDiscs
 from detp.core.errors import DetpError
 from detp.core.gatherers.choose import make_gatherer
@@ -17,10 +17,12 @@ from detp.core.lights.emissive import EmissiveTriangles
 from detp.core.lights.point import PointLight
 from detp.core.lights.sun import SunLight
 from detp.core.lights.world import UniformWorld
+from detp.core.points import Points
+from detp.core.result import BakeResult
 from detp.core.scene import Scene
 from detp.core.segments import Segments
 from detp.core.settings import BakeSettings
-from rooms import box_quads, face_points, finished, scene_of
+from rooms import box_quads, face_points, scene_of
 
 #: both formulas, with direct light found both ways
 DISCS = [
@@ -54,9 +56,9 @@ def case(name: str, expected: str):
     return added
 
 
-def baked(scene: Scene, points, normals, photons: float, inward=None, **settings) -> BakeResult:
+def baked_with(scene: Scene, points, normals, photons: float, inward=None, **settings) -> BakeResult:
     settings = {"radius": 0.1, "quality": "draft"} | settings
-    return finished(bake(scene, points, normals, BakeSettings(photons=int(photons), **settings), inward))
+    return baked(scene, Points(points, normals, inward), BakeSettings(photons=int(photons), **settings))
 
 
 def lamp_room(albedo=0.6, power=(30.0, 20.0, 10.0)) -> tuple[Scene, np.ndarray, np.ndarray]:
@@ -109,9 +111,11 @@ def scaled_exactly(size):
     scene, points, normals = lamp_room()
     worst = 0.0
     for way, power in product(WAYS, (-17, 17)):
-        unit = baked(scene, points, normals, 2000 * size, **way)
+        unit = baked_with(scene, points, normals, 2000 * size, **way)
         factor = 2.0**power
-        other = baked(changed(scene, factor=factor), points * factor, normals, 2000 * size, radius=0.1 * factor, **way)
+        other = baked_with(
+            changed(scene, factor=factor), points * factor, normals, 2000 * size, radius=0.1 * factor, **way
+        )
         worst = max(worst, relative(other.irradiance * factor**2, unit.irradiance))
         worst = max(worst, relative(other.standard_error * factor**2, unit.standard_error))
     return f"largest difference {worst:.1e}", worst == 0.0
@@ -122,8 +126,10 @@ def scaled(size):
     scene, points, normals = lamp_room()
     worst, spread = 0.0, 0.0
     for way, factor in product(WAYS, (1e-5, 1e-2, 1e3, 1e5)):
-        unit = baked(scene, points, normals, 2000 * size, **way)
-        other = baked(changed(scene, factor=factor), points * factor, normals, 2000 * size, radius=0.1 * factor, **way)
+        unit = baked_with(scene, points, normals, 2000 * size, **way)
+        other = baked_with(
+            changed(scene, factor=factor), points * factor, normals, 2000 * size, radius=0.1 * factor, **way
+        )
         worst = max(worst, median_difference(other.irradiance * factor**2, unit.irradiance))
         spread = max(spread, scores(replaced(other, factor**2), unit).max())
     return f"median difference {worst:.1e}, none above {spread:.2f} sigma", worst < 1e-6 and spread < 2
@@ -146,9 +152,9 @@ def moved(size):
     scene, points, normals = lamp_room()
     worst, spread = 0.0, 0.0
     for way in WAYS:
-        unit = baked(scene, points, normals, 2000 * size, **way)
+        unit = baked_with(scene, points, normals, 2000 * size, **way)
         shift = np.array((1e6, -2e6, 3e6))
-        other = baked(changed(scene, shift=shift), points + shift, normals, 2000 * size, **way)
+        other = baked_with(changed(scene, shift=shift), points + shift, normals, 2000 * size, **way)
         worst = max(worst, median_difference(other.irradiance, unit.irradiance))
         spread = max(spread, scores(other, unit).max())
     return f"median difference {worst:.1e}, none above {spread:.2f} sigma", worst < 1e-4 and spread < 3
@@ -165,8 +171,8 @@ def turned(size):
     for way in WAYS:
         turn = np.linalg.qr(generator.normal(size=(3, 3)))[0]
         turn *= np.sign(np.linalg.det(turn))
-        unit = baked(scene, points, normals, 20_000 * size, **way)
-        other = baked(changed(scene, turn), points @ turn.T, normals @ turn.T, 20_000 * size, seed=1, **way)
+        unit = baked_with(scene, points, normals, 20_000 * size, **way)
+        other = baked_with(changed(scene, turn), points @ turn.T, normals @ turn.T, 20_000 * size, seed=1, **way)
         worst = max(worst, scores(other, unit).max())
         if way["direct"] == "shadow-rays":
             exact = max(exact, relative(other.direct.value, unit.direct.value))
@@ -195,7 +201,8 @@ def radii(size):
         whole = share >= (1 if plain else 10)
         scene = lamp if whole else furnace
         results = [
-            baked(scene, points, normals, 3000 * size, radius=radius, gatherer=search, **way) for search in SEARCHES
+            baked_with(scene, points, normals, 3000 * size, radius=radius, gatherer=search, **way)
+            for search in SEARCHES
         ]
         different = max(different, *(relative(r.irradiance, results[0].irradiance) for r in results[1:]))
         seen = 4 / (np.pi * radius**2) if plain and whole else 1.0
@@ -238,9 +245,9 @@ def fluxes(size):
     worst = 0.0
     for way, factor in product(WAYS, (1e-20, 1e20)):
         scene, points, normals = lamp_room()
-        unit = baked(scene, points, normals, 2000 * size, **way)
+        unit = baked_with(scene, points, normals, 2000 * size, **way)
         scene, points, normals = lamp_room(power=np.array((30.0, 20.0, 10.0)) * factor)
-        other = baked(scene, points, normals, 2000 * size, **way)
+        other = baked_with(scene, points, normals, 2000 * size, **way)
         worst = max(worst, relative(other.irradiance / factor, unit.irradiance))
         worst = max(worst, abs(other.relative_error / unit.relative_error - 1))
     return f"largest difference {worst:.1e}", worst < 1e-12
@@ -253,7 +260,7 @@ def singles(size):
     values, fine = [], True
     for way, search in product(DISCS, (*SEARCHES, "auto")):
         radius = None if search == "auto" else 0.1
-        result = baked(
+        result = baked_with(
             scene, np.array([(0.2, 0.2, 0)]), np.array([(0, 0, 1.0)]), 1, radius=radius, gatherer=search, **way
         )
         values.append(result.irradiance[0, 0])
@@ -267,7 +274,7 @@ def singles(size):
 @case("albedo 0", "E = direct light; nothing reflected, nothing cut")
 def black(size):
     scene, points, normals = lamp_room(albedo=0.0)
-    results = [baked(scene, points, normals, 5000 * size, **way) for way in WAYS]
+    results = [baked_with(scene, points, normals, 5000 * size, **way) for way in WAYS]
     fine = all(
         not r.indirect.value.any() and not r.cut_flux.any() and not r.indirect.standard_error.any() for r in results
     )
@@ -286,7 +293,7 @@ def white(size):
         scene = scene_of(quads, albedo, lights=(PointLight((1, 1, 1.2), (24.0,) * 3),))
         points, normals = quads.mean(axis=1), face_points(quads, 1)[1]
         terms = albedo ** np.arange(65)
-        result = baked(scene, points, normals, 2000 * size, radius=0.3, direct="shadow-rays")
+        result = baked_with(scene, points, normals, 2000 * size, radius=0.3, direct="shadow-rays")
         indirect = float(result.indirect.value.mean() / terms[1:].sum())
         cut = float(result.cut_flux[0] / (24 * albedo**65))
         fine &= abs(indirect - 1) < 0.1 / np.sqrt(size) and abs(cut - 1) < 1e-9 and finite(result)
@@ -304,7 +311,7 @@ def grazing(size):
         for about in (0.3, 0.0):
             level = np.array((np.cos(about), np.sin(about), 0.0)) * np.cos(angle)
             scene = scene_of(ground, 0.5, lights=(SunLight(level - (0, 0, np.sin(angle)), (1.0, 1.0, 1.0)),))
-            result = baked(scene, points, normals, 20_000 * size, **way)
+            result = baked_with(scene, points, normals, 20_000 * size, **way)
             worst = max(worst, scores(result, 3 * np.sin(angle)).max())
             if way["direct"] == "shadow-rays":
                 ray = max(ray, float(np.abs(result.irradiance - np.sin(angle)).max() / max(angle, 1e-300)))
@@ -328,7 +335,7 @@ def lamps(size):
     }
     for name, place in places.items():
         for way, radius in product(WAYS, (0.0, 0.05)):
-            result = baked(
+            result = baked_with(
                 scene_of(quads, 0.5, lights=(PointLight(place, (9.0,) * 3, radius),)),
                 points,
                 normals,
@@ -351,7 +358,7 @@ def flush(size):
     points, normals = face_points(quads, 3)
     lamp = AreaLight((0, 0, 1), (0.5, 0, 0), (0, 0.5, 0), (9.0,) * 3)
     scene = scene_of(quads, 0.5, lights=(lamp,))
-    visible = [baked(scene, points, normals, 20_000 * size, **way) for way in WAYS[:2]]
+    visible = [baked_with(scene, points, normals, 20_000 * size, **way) for way in WAYS[:2]]
     worst = scores(*visible).max()
     balance = float(visible[1].direct.value.mean() * 24 / 27)
     return (
@@ -376,7 +383,7 @@ def darkness(size):
         )
         for direct in ("photons", "shadow-rays"):
             settings = BakeSettings(photons=int(30_000 * size), radius=0.1, direct=direct, quality="draft")
-            result = finished(bake(scene, points @ turn.T, normals @ turn.T, settings, inward @ turn.T))
+            result = baked(scene, Points(points @ turn.T, normals @ turn.T, inward @ turn.T), settings)
             worst = max(worst, float(result.irradiance.max()))
     # A ray in millions slips through the line where two walls meet; outside is a light of 8 W/m^2.
     return f"E up to {worst:.3g}", worst < 1e-5
@@ -400,8 +407,8 @@ def compared(size, change) -> tuple[float, bool]:
     scene, points, normals = lamp_room()
     worst, fine = 0.0, True
     for way in WAYS:
-        unit = baked(scene, points, normals, 20_000 * size, **way)
-        other = baked(change(scene), points, normals, 20_000 * size, seed=1, **way)
+        unit = baked_with(scene, points, normals, 20_000 * size, **way)
+        other = baked_with(change(scene), points, normals, 20_000 * size, seed=1, **way)
         worst, fine = max(worst, scores(other, unit).max()), fine and finite(other)
     return worst, fine
 
@@ -431,7 +438,7 @@ def fins(size):
     scene = with_faces(
         scene, [(0, 0.8, -1), (0.5, 0.8, -1), (0.2, 0.8, 0), (0.2, 0.3, -0.6)], [(0, 1, 2), (0, 1, 3), (1, 0, 3)]
     )
-    results = [baked(scene, points, normals, 20_000 * size, **way) for way in WAYS]
+    results = [baked_with(scene, points, normals, 20_000 * size, **way) for way in WAYS]
     worst = max(scores(results[0], results[1]).max(), scores(results[2], results[3]).max())
     return f"largest difference {worst:.1f} sigma", all(map(finite, results)) and worst < 5
 
@@ -453,7 +460,7 @@ def needles(size):
     half, worst, ray = len(middle), 0.0, 0.0
     expected = -2 * sun.direction[2]
     for way in WAYS:
-        result = baked(scene, points, normals, 20_000 * size, radius=0.05, **way)
+        result = baked_with(scene, points, normals, 20_000 * size, radius=0.05, **way)
         worst = max(worst, float(np.abs(result.irradiance[half:]).max()))
         if way["direct"] == "shadow-rays":
             ray = max(ray, float(np.abs(result.irradiance[:half] / expected - 1).max()))
@@ -480,8 +487,8 @@ def _broken_input(value: float):
     for name in ("vertices", "albedo", "emission", "transmittance"):
         spoilt = _spoilt(getattr(scene, name), value)
         yield lambda name=name, spoilt=spoilt: replace(scene, **{name: spoilt})
-    yield lambda: baked(scene, _spoilt(points, value), normals, 10)
-    yield lambda: baked(scene, points, _spoilt(normals, value), 10)
+    yield lambda: baked_with(scene, _spoilt(points, value), normals, 10)
+    yield lambda: baked_with(scene, points, _spoilt(normals, value), 10)
     yield lambda: PointLight((value, 0, 0), ones)
     yield lambda: PointLight((0, 0, 0), (value, 1.0, 1.0))
     yield lambda: SunLight((0, value, 1), ones)
@@ -515,7 +522,7 @@ def swarm(size):
     rows = generator.choice(count, 200)
     points = np.concatenate([points, places[rows] + corners[0]])
     normals = np.concatenate([normals, np.tile(corners[0], (200, 1))])
-    results = [baked(scene, points, normals, 20_000, gatherer=search, direct="shadow-rays") for search in SEARCHES]
+    results = [baked_with(scene, points, normals, 20_000, gatherer=search, direct="shadow-rays") for search in SEARCHES]
     different = max(relative(r.irradiance, results[0].irradiance) for r in results)
     ground_light = float(results[0].irradiance[:25].mean())
     text = (

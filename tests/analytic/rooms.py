@@ -44,15 +44,6 @@ def face_points(quads, across=5):
     return points.reshape(-1, 3), np.repeat(normals, across**2, axis=0)
 
 
-def finished(steps):
-    """Run a bake to its end and return its result."""
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            return end.value
-
-
 def z_scores(estimate, expected):
     """How many standard errors each point is off, (N,), of the RGB sum; channels count as fully correlated.
 

@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 from detp.core import parallel
-from detp.core.bake import bake
+from detp.core.bake import baked
 from detp.core.lights.emissive import EmissiveTriangles
 from detp.core.lights.point import PointLight
 from detp.core.lights.sun import SunLight
 from detp.core.lights.world import UniformWorld
+from detp.core.points import Points
 from detp.core.settings import BakeSettings
-from rooms import box_quads, face_points, finished, scene_of, z_scores
+from rooms import box_quads, face_points, scene_of, z_scores
 from scipy import stats
 
 PHOTONS, BAKES = 400_000, 5
@@ -27,8 +28,8 @@ WAYS = {
 all_ways = pytest.mark.parametrize("way", WAYS.values(), ids=WAYS)
 
 
-def baked(scene, points, normals, radius, photons=PHOTONS, **settings):
-    return finished(bake(scene, points, normals, BakeSettings("final", photons, radius, **settings)))
+def baked_with(scene, points, normals, radius, photons=PHOTONS, **settings):
+    return baked(scene, Points(points, normals), BakeSettings("final", photons, radius, **settings))
 
 
 def assert_unbiased(scene, points, normals, radius, expected, **settings):
@@ -38,7 +39,7 @@ def assert_unbiased(scene, points, normals, radius, expected, **settings):
     """
     off, worst = [], 0.0
     for seed in range(BAKES):
-        result = baked(scene, points, normals, radius, PHOTONS // BAKES, seed=seed, **settings)
+        result = baked_with(scene, points, normals, radius, PHOTONS // BAKES, seed=seed, **settings)
         worst = max(worst, float(np.abs(z_scores(result, expected)).max()))
         off.append((result.irradiance - expected).sum(axis=1).mean() / np.sum(np.broadcast_to(expected, 3)))
     # Of hundreds of points with dozens of crossings each, whose errors are skewed.
@@ -80,7 +81,7 @@ def test_energy_balance_of_a_closed_room_with_a_lamp(size, way):
     area = 2 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0])
     points, normals = stratified(quads, 24)
     # No disc touches a wall: each lies within its own cell.
-    result = baked(scene, points, normals, 0.02, **way)
+    result = baked_with(scene, points, normals, 0.02, **way)
     weights = np.repeat([np.linalg.norm(np.cross(q[1] - q[0], q[3] - q[0])) for q in quads], 24**2)
     mean = np.average(result.irradiance, axis=0, weights=weights)
     # The discs see most of the walls, so the mean's own noise is about 1/sqrt(particles), 0.2 %.
@@ -118,7 +119,7 @@ def test_two_parallel_plates():
     off = []
     for seed in range(8):
         settings = BakeSettings("final", PHOTONS // 4, 0.5, direct="photons", seed=seed)
-        off.append((finished(bake(scene, points, normals, settings)).irradiance / expected - 1).mean())
+        off.append((baked(scene, Points(points, normals), settings).irradiance / expected - 1).mean())
     # The lights aim at the small part with points, which therefore share particles: only bakes are independent.
     assert np.std(off) < 0.05
     assert stats.ttest_1samp(off, 0).pvalue > 0.001
@@ -131,7 +132,7 @@ def test_sun_on_a_tilted_plane_including_its_edges(way):
     direction = np.array((0.3, 0.2, -1.0)) / np.linalg.norm((0.3, 0.2, -1.0))
     scene = scene_of([quad], lights=(SunLight(direction, (2.0, 1.0, 0.5), 0.0),))
     points = np.concatenate([quad, quad[:1] * 0 + (0.5, 0.5, 0.25)])
-    result = baked(scene, points, np.tile(normal, (5, 1)), 0.1, **way)
+    result = baked_with(scene, points, np.tile(normal, (5, 1)), 0.1, **way)
     expected = -direction @ normal * np.array((2.0, 1.0, 0.5))
     assert np.abs(z_scores(result, expected)).max() < 4
 
@@ -154,7 +155,7 @@ def test_uniform_sky_beside_a_long_wall():
     radius = 0.2
     points = np.array([(distance, y, 0) for y in np.linspace(-1, 1, 9)])
     settings = BakeSettings(photons=4_000_000, radius=radius, direct="photons")
-    result = finished(bake(scene, points, np.tile((0, 0, 1.0), (9, 1)), settings))
+    result = baked(scene, Points(points, np.tile((0, 0, 1.0), (9, 1))), settings)
     # The disc's mean of the formula, by a fine sum over its chords.
     x = distance + radius * np.linspace(-1, 1, 2001)
     chord = np.sqrt(np.maximum(radius**2 - (x - distance) ** 2, 0))
@@ -180,7 +181,7 @@ def test_a_clear_pane_changes_nothing_and_a_tinted_one_tints(way):
     scene = scene_of([floor, pane], transmittance=rows, lights=(SunLight((0, 0, -1.0), (1.0, 1.0, 1.0), 0.0),))
     points, normals = face_points([floor])
     # The sun aims at the whole pane, so few photons reach the floor's discs: take them large.
-    result = baked(scene, points[12:13], normals[12:13], 0.4, **way)
+    result = baked_with(scene, points[12:13], normals[12:13], 0.4, **way)
     assert np.abs(z_scores(result, tint)).max() < 4
     assert result.irradiance[0, 2] == 0
 
@@ -189,7 +190,9 @@ def test_light_of_negative_power_takes_light_away():
     floor = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], float)
     lamps = (PointLight((0, 0, 1.0), (40.0, 40.0, 40.0)), PointLight((0, 0, 1.0), (-15.0, -15.0, -15.0)))
     radius = 0.2
-    result = baked(scene_of([floor], lights=lamps), np.zeros((1, 3)), np.array([(0, 0, 1.0)]), radius, direct="photons")
+    result = baked_with(
+        scene_of([floor], lights=lamps), np.zeros((1, 3)), np.array([(0, 0, 1.0)]), radius, direct="photons"
+    )
     intensity = 25 / (4 * np.pi)
     expected = 2 * intensity * (1 - 1 / np.hypot(1, radius)) / radius**2
     assert np.abs(z_scores(result, expected)).max() < 4
@@ -200,7 +203,7 @@ def test_a_seed_gives_the_same_light_again_and_another_seed_another():
     scene = scene_of(quads, 0.5, 1.0)
     points, normals = face_points(quads, 2)
     first, again, other = (
-        finished(bake(scene, points, normals, BakeSettings(photons=5000, radius=0.1, seed=seed))).irradiance
+        baked(scene, Points(points, normals), BakeSettings(photons=5000, radius=0.1, seed=seed)).irradiance
         for seed in (1, 1, 2)
     )
     assert np.array_equal(first, again)
@@ -216,5 +219,5 @@ def test_the_number_of_threads_changes_nothing(monkeypatch, gatherer):
     totals = []
     for workers in (1, 2, 5):
         monkeypatch.setattr(parallel, "worker_count", lambda workers=workers: workers)
-        totals.append(finished(bake(scene, points, normals, settings)).irradiance)
+        totals.append(baked(scene, Points(points, normals), settings).irradiance)
     assert np.array_equal(totals[0], totals[1]) and np.array_equal(totals[0], totals[2])

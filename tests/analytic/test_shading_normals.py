@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
-from detp.core.bake import bake
+from detp.core.bake import baked
 from detp.core.estimator.standpoints import standpoints
 from detp.core.lights.sun import SunLight
 from detp.core.lights.world import UniformWorld
+from detp.core.points import Points
 from detp.core.rays import RayCaster
 from detp.core.settings import BakeSettings
-from rooms import box_quads, finished, scene_of
+from rooms import box_quads, scene_of
 
 CARD = np.array([[(0, 0, 0), (1, 0, 0), (1, 0, 1), (0, 0, 1)]], float)
 FACE = np.array((0, -1.0, 0))
@@ -25,7 +26,7 @@ def card(degrees, lights, others=(), **settings):
     """The light at the corners of a card by shading normals that lean so far, among ``others``."""
     scene = scene_of(np.concatenate([CARD, *others]), 0.0, lights=lights)
     normals, facing = np.tile(leaning(degrees), (4, 1)), np.tile(FACE, (4, 1))
-    return finished(bake(scene, CARD[0], normals, BakeSettings(**settings), INWARD, facing))
+    return baked(scene, Points(CARD[0], normals, INWARD, facing), BakeSettings(**settings))
 
 
 @pytest.mark.parametrize("degrees", [0, 30, 60, 75, 85, 89, 90])
@@ -54,7 +55,7 @@ def test_the_corners_of_a_smooth_box_read_as_its_walls():
     # One of the three faces is cut in two there, the others lead along their diagonals, or along one edge.
     inward = -corners * np.random.default_rng(1).uniform(0.6, 1.0, corners.shape)
     furnace = scene_of(room, 0.5, 0.5 / np.pi)
-    result = finished(bake(furnace, corners, normals, BakeSettings("final"), inward, normals))
+    result = baked(furnace, Points(corners, normals, inward, normals), BakeSettings("final"))
     assert np.abs(result.irradiance.mean() - 1) < 0.01
     assert np.abs(result.irradiance - 1).max() < 0.02 + 4 * result.standard_error.max()
 

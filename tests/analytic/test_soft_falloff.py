@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from detp.core.bake import bake
+from detp.core.bake import baked
 from detp.core.lights.point import PointLight
+from detp.core.points import Points
 from detp.core.settings import BakeSettings
-from rooms import finished, scene_of, z_scores
+from rooms import scene_of, z_scores
 
 FLOOR = np.array([(-4, -4, 0), (4, -4, 0), (4, 4, 0), (-4, 4, 0)], float)
 
@@ -23,7 +24,7 @@ def test_irradiance_falls_off_as_the_square_of_distance_and_radius(height):
     light = PointLight((0, 0, height), (100.0, 100.0, 100.0), lamp, soft=True)
     points, normals = np.zeros((1, 3)), np.array([(0, 0, 1.0)])
     settings = BakeSettings(photons=3_000_000, radius=radius, estimator="plain")
-    result = finished(bake(scene_of([FLOOR], lights=(light,)), points, normals, settings))
+    result = baked(scene_of([FLOOR], lights=(light,)), Points(points, normals), settings)
     expected = mean_over_disc(100 / (4 * np.pi), height, lamp, radius)
     assert np.abs(z_scores(result, expected)).max() < 3
 
@@ -33,5 +34,5 @@ def test_no_light_starts_behind_a_wall():
     light = PointLight((0, 0, 1.0), (100.0, 100.0, 100.0), 0.4, soft=True)
     points, normals = np.zeros((1, 3)), np.array([(0, 0, 1.0)])
     settings = BakeSettings(photons=500_000, radius=0.5, direct="photons")
-    result = finished(bake(scene_of([FLOOR, wall], lights=(light,)), points, normals, settings))
+    result = baked(scene_of([FLOOR, wall], lights=(light,)), Points(points, normals), settings)
     assert (result.irradiance == 0).all()

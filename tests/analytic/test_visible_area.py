@@ -2,17 +2,18 @@
 
 import numpy as np
 import pytest
-from detp.core.bake import bake
+from detp.core.bake import baked
 from detp.core.discs import TangentDiscs
 from detp.core.estimator.standpoints import standpoints
 from detp.core.estimator.visible_area import NUDGE, visible_discs
 from detp.core.lights.emissive import EmissiveTriangles
 from detp.core.lights.point import PointLight
 from detp.core.lights.world import UniformWorld
+from detp.core.points import Points
 from detp.core.rays import RayCaster
 from detp.core.scene import Scene
 from detp.core.settings import BakeSettings
-from rooms import box_quads, finished, scene_of, z_scores
+from rooms import box_quads, scene_of, z_scores
 
 RADIUS = 0.1
 
@@ -45,9 +46,9 @@ def corner_points(quads):
     return points, normals, inward
 
 
-def baked(scene, points, normals, inward, estimator="visible", photons=1_500_000):
+def baked_with(scene, points, normals, inward, estimator="visible", photons=1_500_000):
     settings = BakeSettings(photons=photons, radius=RADIUS, estimator=estimator, direct="photons")
-    return finished(bake(scene, points, normals, settings, inward))
+    return baked(scene, Points(points, normals, inward), settings)
 
 
 def test_furnace_reads_one_at_every_corner_and_edge_of_a_box():
@@ -56,8 +57,8 @@ def test_furnace_reads_one_at_every_corner_and_edge_of_a_box():
     middles = (quads + np.roll(quads, 1, axis=1)).reshape(-1, 3) / 2
     points = np.concatenate([points, middles])
     normals, inward = np.tile(normals, (2, 1)), np.concatenate([inward, np.repeat(quads.mean(1), 4, axis=0) - middles])
-    visible = baked(furnace(quads), points, normals, inward)
-    plain = baked(furnace(quads), points, normals, inward, "plain")
+    visible = baked_with(furnace(quads), points, normals, inward)
+    plain = baked_with(furnace(quads), points, normals, inward, "plain")
     # A corner shows a quarter of its disc and an edge a half: that is what the plain estimator reads.
     assert plain.irradiance[:24].mean() == pytest.approx(0.25, abs=0.02)
     assert plain.irradiance[24:].mean() == pytest.approx(0.5, abs=0.02)
@@ -74,8 +75,8 @@ def test_furnace_reads_one_inside_a_sphere():
     rows = generator.choice(len(quads), 60, replace=False)
     points = quads[rows, 0]
     inward = quads.mean(axis=1)[rows] - points
-    visible = baked(scene, points, -points / np.linalg.norm(points, axis=1)[:, None], inward)
-    plain = baked(scene, points, -points, np.zeros_like(points), "plain")
+    visible = baked_with(scene, points, -points / np.linalg.norm(points, axis=1)[:, None], inward)
+    plain = baked_with(scene, points, -points, np.zeros_like(points), "plain")
     assert plain.irradiance.max() < 0.1
     assert np.abs(z_scores(visible, 1.0)).max() < 4
     assert visible.irradiance[:, 0].mean() == pytest.approx(1, abs=0.02)
@@ -91,7 +92,7 @@ def test_outlines_that_are_looked_at_sparsely_read_one_as_well(monkeypatch):
     # Corners see a quarter of their discs: an octagon's quarter instead of that of 32 sides, at the most.
     assert (sparse.areas < dense.areas).all() and (sparse.areas > 0.8 * dense.areas).all()
     monkeypatch.setattr("detp.core.bake.look_in_every", lambda *_: 4)
-    visible = baked(furnace(quads), points, normals, inward)
+    visible = baked_with(furnace(quads), points, normals, inward)
     assert np.abs(z_scores(visible, 1.0)).max() < 4
     assert visible.irradiance[:, 0].mean() == pytest.approx(1, abs=0.03)
 
@@ -115,8 +116,8 @@ def test_no_light_leaks_under_a_thin_wall():
     lit = np.stack([np.full(7, wall - 0.03), y, np.zeros(7)], axis=1)
     dark = np.stack([np.full(7, wall + 0.03), y, np.zeros(7)], axis=1)
     points, normals = np.concatenate([lit, dark]), np.tile((0, 0, 1.0), (14, 1))
-    visible = baked(scene, points, normals, np.zeros((14, 3)), photons=300_000).irradiance
-    plain = baked(scene, points, normals, np.zeros((14, 3)), "plain", photons=300_000).irradiance
+    visible = baked_with(scene, points, normals, np.zeros((14, 3)), photons=300_000).irradiance
+    plain = baked_with(scene, points, normals, np.zeros((14, 3)), "plain", photons=300_000).irradiance
     assert visible[7:].max() < 0.001 * visible[:7].mean()
     assert plain[7:].mean() > 0.1 * plain[:7].mean()
 
@@ -126,7 +127,7 @@ def test_a_disc_in_a_narrow_gap_is_not_lifted_through_the_wall():
     floor = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], float)
     scene = scene_of([floor, floor + (0, 0, gap)], lights=(PointLight((0, 0, 1.0), (1.0, 1.0, 1.0)),))
     points, normals = np.array([(0.1, 0, 0), (0.1, 0, gap)]), np.tile((0, 0, 1.0), (2, 1))
-    lower, upper = baked(scene, points, normals, np.zeros((2, 3)), photons=100_000).irradiance[:, 0]
+    lower, upper = baked_with(scene, points, normals, np.zeros((2, 3)), photons=100_000).irradiance[:, 0]
     assert lower == 0 < upper
 
 
@@ -135,7 +136,7 @@ def test_buried_points_are_hidden_and_others_are_not():
     box = box_quads((0.002, 0.002, 0.002)) - np.array((0.001, 0.001, 0.0005))
     scene = scene_of(np.concatenate([[floor], box]), 0.5, lights=(PointLight((0, 0, 1.0), (1.0, 1.0, 1.0)),))
     points = np.array([(0, 0, 0), (0.5, 0.5, 0)], float)
-    result = baked(scene, points, np.tile((0, 0, 1.0), (2, 1)), np.zeros((2, 3)), photons=1000)
+    result = baked_with(scene, points, np.tile((0, 0, 1.0), (2, 1)), np.zeros((2, 3)), photons=1000)
     assert result.hidden.tolist() == [True, False]
 
 
@@ -143,8 +144,8 @@ def test_an_open_surface_has_whole_discs():
     quad = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
     scene = Scene(quad, [(0, 1, 2), (0, 2, 3)], *np.zeros((3, 2, 3)), (PointLight((0.5, 0.5, 1), (1, 1, 1)),))
     points, normals = quad, np.tile((0, 0, 1.0), (4, 1))
-    plain = baked(scene, points, normals, np.zeros((4, 3)), "plain", photons=2_000_000)
-    visible = baked(scene, points, normals, np.zeros((4, 3)), photons=2_000_000)
+    plain = baked_with(scene, points, normals, np.zeros((4, 3)), "plain", photons=2_000_000)
+    visible = baked_with(scene, points, normals, np.zeros((4, 3)), photons=2_000_000)
     # Lifting the disc by a hundredth of its radius is all that differs, and the noise of nested discs.
     assert plain.irradiance == pytest.approx(np.full((4, 3), 1.5**-1.5 / (4 * np.pi)), rel=0.1)
     assert visible.irradiance == pytest.approx(plain.irradiance, rel=0.1)
@@ -157,7 +158,7 @@ def test_a_rounded_convex_corner_sees_the_whole_sky():
     scene = scene_of(cube, lights=(UniformWorld((1.0, 1.0, 1.0)),))
     # The middles of the faces around a corner, which lead into the solid.
     inward = -outward / 3
-    result = baked(scene, corners, outward, inward, photons=2_000_000)
+    result = baked_with(scene, corners, outward, inward, photons=2_000_000)
     assert not result.hidden.any()
     assert np.abs(z_scores(result, np.pi)).max() < 4
     assert result.irradiance.mean() == pytest.approx(np.pi, rel=0.02)
@@ -167,7 +168,7 @@ def enclosed_and_hidden(quads, points, normals, lights):
     scene = scene_of(quads, 0.5, lights=lights)
     (places,) = standpoints(RayCaster(scene.corners), points, normals)
     settings = BakeSettings(photons=20_000, radius=RADIUS, direct="photons")
-    return places.enclosed.tolist(), finished(bake(scene, points, normals, settings)).hidden.tolist()
+    return places.enclosed.tolist(), baked(scene, Points(points, normals), settings).hidden.tolist()
 
 
 def test_points_inside_closed_things_are_enclosed_and_hidden():

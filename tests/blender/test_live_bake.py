@@ -8,10 +8,10 @@ import pytest
 from detp import detp_addon
 from detp.core.forecast import forecast
 from detp.core.settings import BakeSettings
+from detp.core.stages import finished
 from detp.detp_addon.job import BakeRequest, bake_scene
 from detp.detp_addon.panel.forecasts import forecast_of, remember
 from detp.detp_addon.panel.properties import bake_request, scene_options
-from detp.detp_addon.steps import finished
 from detp.detp_addon.writing.live_colours import LiveColours
 from small_scenes import box_on_floor, colours
 

@@ -6,9 +6,10 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from detp.core.bake import bake  # noqa: E402
+from detp.core.points import Points  # noqa: E402
 from detp.core.settings import BakeSettings  # noqa: E402
+from detp.core.stages import finished  # noqa: E402
 from detp.detp_addon.reading.glass_bodies import mean_reflectance  # noqa: E402
-from detp.detp_addon.steps import finished  # noqa: E402
 from made_scenes import cube, fresh, image, lamp, linked, map_to_unit_square, material, mesh, node, quad, read  # noqa: E402
 
 
@@ -198,7 +199,7 @@ def test_a_baked_glass_ball_throws_its_bright_spot_and_a_black_one_a_shadow():
         ball.data.materials.append(material(lambda tree, k=kind, c=colour: node(tree, f"ShaderNode{k}", Color=c)))
         found = read([floor])
         steps = bake(
-            found.scene, found.centres + found.inward, found.normals, BakeSettings(photons=60_000, radius=0.05)
+            found.scene, Points(found.centres + found.inward, found.normals), BakeSettings(photons=60_000, radius=0.05)
         )
         light[name] = finished(steps).irradiance.mean()
         bpy.data.objects.remove(ball)

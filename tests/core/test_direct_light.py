@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from detp.core.bake import bake
+from detp.core.bake import baked
 from detp.core.direct.ambient_occlusion import ambient_occlusion
 from detp.core.direct.direct_light import DirectLight
 from detp.core.direct.low_discrepancy import scrambled_net
@@ -16,10 +16,10 @@ from detp.core.lights.spot import SpotLight
 from detp.core.lights.sun import SunLight
 from detp.core.lights.world import UniformWorld
 from detp.core.photons.emission import lights_of
+from detp.core.points import Points
 from detp.core.rays import RayCaster
 from detp.core.scene import Scene
 from detp.core.settings import BakeSettings
-from rooms import finished
 
 UP = np.array((0.0, 0.0, 1.0))
 
@@ -152,7 +152,7 @@ def test_shadow_rays_and_photons_find_the_same_light(kind):
     aside = np.c_[reach * np.cos(turns), reach * np.sin(turns), np.zeros(around)]
     normals = np.tile(UP, (len(points), 1))
     settings = BakeSettings(photons=1 << 20, radius=radius, direct="photons", indirect="off", seed=6)
-    photons = finished(bake(scene, points, normals, settings))
+    photons = baked(scene, Points(points, normals), settings)
     rays, error = direct(scene, (points[:, None] + aside).reshape(-1, 3), seed=6)
     rays, error = rays.reshape(-1, around).mean(axis=1), error.reshape(-1, around).mean(axis=1)
     difference = rays - photons.irradiance.mean(axis=1)
@@ -166,7 +166,7 @@ def test_direct_and_indirect_add_up_whichever_way_light_is_found():
 
     def found(direct, indirect):
         settings = BakeSettings("final", 1 << 19, 0.1, direct=direct, indirect=indirect)
-        return finished(bake(scene, points, normals, settings))
+        return baked(scene, Points(points, normals), settings)
 
     def assert_alike(one, other):
         error = np.hypot(one.standard_error, other.standard_error)
@@ -192,7 +192,7 @@ def test_ambient_occlusion_is_the_open_share_within_its_distance():
     scene = scene_of(plane(), wall)
     points, normals = np.repeat([(0.01, 0, 0), (2.0, 0, 0), (9, 0, 0)], 40, axis=0), np.tile(UP, (120, 1))
     sky, settings = ambient_occlusion(scene, BakeSettings(error=0.004, shadow_distance=3.0))
-    result = finished(bake(sky, points, normals, settings))
+    result = baked(sky, Points(points, normals), settings)
     # At the wall half the sky is hidden within any distance; three metres from it nothing is.
     open_share = result.irradiance[:, 0].reshape(3, 40).mean(axis=1) / np.pi
     assert open_share[0] == pytest.approx(0.5, abs=0.01) and open_share[2] == pytest.approx(1)

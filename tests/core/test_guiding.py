@@ -16,8 +16,8 @@ from detp.core.photons.emission_tree import grown
 from detp.core.photons.photon_light import PhotonLight, PhotonSearch
 from detp.core.photons.tracing import PhotonTracer
 from detp.core.rays import RayCaster
-from detp.core.stopwatch import Stopwatch
-from rooms import box_quads, face_points, finished, scene_of
+from detp.core.stages import Stopwatch, finished
+from rooms import box_quads, face_points, scene_of
 from scipy import stats
 
 RADIUS = 0.35

@@ -19,7 +19,7 @@ from detp.core.refinement import (
     look_in_every,
 )
 from detp.core.settings import NOISE_SHARE, BakeSettings
-from detp.core.stopwatch import Stopwatch
+from detp.core.stages import Stopwatch
 
 POINTS = 1000
 

@@ -4,15 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from detp.core.bake import bake
+from detp.core.bake import baked
 from detp.core.errors import InvalidArrayError
 from detp.core.lights.area import AreaLight
 from detp.core.lights.emissive import EmissiveTriangles
 from detp.core.lights.point import PointLight
 from detp.core.lights.sun import SunLight
 from detp.core.lights.world import UniformWorld
+from detp.core.points import Points
 from detp.core.settings import BakeSettings
-from rooms import box_quads, face_points, finished, scene_of
+from rooms import box_quads, face_points, scene_of
 
 UP = np.array((0.0, 0.0, 1.0))
 PLANE = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], float)
@@ -32,7 +33,7 @@ def sided(scene, row, **fields):
 def light_at(scene, points, normals, direct="shadow-rays", **settings):
     """E (N,) of the RGB mean and its standard error, by bakes of five seeds."""
     settings = {"photons": 20_000, "direct": direct, **settings}
-    found = [finished(bake(scene, points, normals, BakeSettings(seed=s, **settings))).irradiance for s in range(5)]
+    found = [baked(scene, Points(points, normals), BakeSettings(seed=s, **settings)).irradiance for s in range(5)]
     found = np.mean(found, axis=2)
     return found.mean(axis=0), found.std(axis=0, ddof=1) / np.sqrt(5)
 

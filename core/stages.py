@@ -1,13 +1,35 @@
-"""Wall time by stage."""
+"""Work in stages: what it says of its progress, and wall time by stage.
+
+A stage is a generator that yields often, so that whoever runs it may show how far it is, or close it to cancel.
+"""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Generator, Iterator
+from collections.abc import Generator, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
 Step = TypeVar("Step")
+Result = TypeVar("Result")
+
+
+def finished(steps: Generator[object, None, Result]) -> Result:
+    """Take all ``steps`` and return what they return."""
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            return end.value
+
+
+def collected(parts: Iterable[Step]) -> Generator[Step, None, list[Step]]:
+    """The ``parts``; returns them all."""
+    held = []
+    for part in parts:
+        held.append(part)
+        yield part
+    return held
 
 
 class Stopwatch:

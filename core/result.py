@@ -1,0 +1,82 @@
+"""What a bake says while it works, and what it found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from .irradiance import Irradiance
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Where a bake stands: what it is doing, and the share done (0..1).
+
+    ``found`` is its BakeResult so far, at once after a step that changed it, so that it can be shown; else None.
+    """
+
+    phase: str
+    fraction: float
+    found: BakeResult | None = None
+
+
+@dataclass(frozen=True)
+class BakeResult:
+    """What a bake found, and how.
+
+    direct        irradiance at the N points that comes straight from the lights, with its standard error
+    indirect      irradiance after at least one reflection or refraction; what was not asked for is zero
+    seen          all light, with the errors that are left where it is shown
+    hidden        (N,) points that no light can reach because they are buried in other geometry: nothing is known there
+    open          (N,) how well each point can be seen, 0..1: little from within a narrow gap
+    coarse        (N,) points on faces too small to be told apart so far from most of the points
+    radius        of the discs, metres; 0 as long as none is chosen
+    gatherer      name, and ``reason`` for its choice
+    photons, segments   how many were traced and gathered
+    shadow_rays    how many were cast
+    seconds       wall time by stage: radius, place (the discs), shadow (rays), trace, gather
+    emitted_flux  (3,) W from all lights; ``cut_flux`` (3,) W that the bounce limit cut off
+    """
+
+    direct: Irradiance
+    indirect: Irradiance
+    seen: Irradiance
+    hidden: np.ndarray
+    open: np.ndarray
+    coarse: np.ndarray
+    radius: float
+    gatherer: str
+    reason: str
+    photons: int
+    segments: int
+    shadow_rays: int
+    seconds: dict[str, float]
+    emitted_flux: np.ndarray
+    cut_flux: np.ndarray
+
+    @cached_property
+    def light(self) -> Irradiance:
+        """Direct and indirect light together."""
+        return self.direct + self.indirect
+
+    @property
+    def irradiance(self) -> np.ndarray:
+        """Irradiance E (N, 3), W/m^2, of all light."""
+        return self.light.value
+
+    @property
+    def standard_error(self) -> np.ndarray:
+        """Standard error (N, 3), W/m^2, of :attr:`irradiance`."""
+        return self.light.standard_error
+
+    @property
+    def relative_error(self) -> float:
+        """The share by which half of the lit points are likely to be off at most; NaN when all are dark."""
+        return self.seen.relative_error
+
+    @property
+    def high_error(self) -> float:
+        """The share of the light that is seen by which nine tenths of the points are likely to be off at most."""
+        return self.seen.high_error

@@ -23,9 +23,9 @@ class Scene:
     vertices       (V, 3) positions in metres
     triangles      (T, 3) vertex indices
     albedo         (T, 3) diffusely reflected share of the light, RGB, 0..1
-    emission       (T, 3) emitted radiance in W/(m^2 sr), RGB, from each of the two sides
+    emission       (T, 3) emitted radiance in W/(m^2 sr), RGB, from each of the two sides; None: none
     transmittance  (T, 3) share that goes straight on through the surface, RGB, 0..1 (alpha, thin glass), by the side
-                   that who receives the light sees
+                   that who receives the light sees; None: none
     lights         lamps and the world; emissive triangles are not repeated here
     specular       the triangles that also mirror or refract light, None when the scene has none
     translucency   (T, 3) share that comes out evenly spread on the other side, RGB, 0..1, by the side that who receives
@@ -40,8 +40,8 @@ class Scene:
     vertices: np.ndarray
     triangles: np.ndarray
     albedo: np.ndarray
-    emission: np.ndarray
-    transmittance: np.ndarray
+    emission: np.ndarray | None = None
+    transmittance: np.ndarray | None = None
     lights: tuple[Light, ...] = field(default=())
     specular: Specular | None = None
     unshaded: np.ndarray | None = None
@@ -53,12 +53,10 @@ class Scene:
         count = len(triangles)
         if count == 0:
             raise NoMeshError("The scene has no faces, so there is nothing to bake: add a mesh that a render shows.")
-        checked = {
-            "vertices": vertices,
-            "triangles": triangles,
-            **{name: sided_rows(getattr(self, name), name, count) for name in ("albedo", "emission", "transmittance")},
-            "lights": tuple(self.lights),
-        }
+        checked = {"vertices": vertices, "triangles": triangles, "lights": tuple(self.lights)}
+        for name in ("albedo", "emission", "transmittance"):
+            given = getattr(self, name)
+            checked[name] = sided_rows(np.zeros((count, 3)) if given is None else given, name, count)
         if self.specular is not None and len(self.specular.triangles) and self.specular.triangles[-1] >= count:
             raise InvalidArrayError(f"specular triangles must be rows of the {count} triangles.")
         for name in ("unshaded", "translucency"):

@@ -42,6 +42,11 @@ def main(argv: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         complain("detp: cancelled")
         return CANCELLED
+    except ModuleNotFoundError as error:
+        if error.name != "bpy":
+            raise
+        complain('detp: Scenes are read with Blender: pip install "detp[blender]", or use "blender --command detp".')
+        return FAILED
 
 
 def register_command():

@@ -8,6 +8,9 @@ from ..writing.baked_layers import ColourLayers
 from .findings import Findings
 from .islands import island_numbers
 
+#: kinds of values that go by the name of a layer, which a bake may have made
+NAMED = ("colour layer", "attribute", "factor")
+
 #: attribute type -> (property to read, numbers in it, their type)
 _LAYOUTS = {
     "FLOAT": ("value", 1, np.float32),
@@ -24,12 +27,12 @@ _LAYOUTS = {
 def corner_values(
     mesh, key: tuple[str, str], corner_vertices: np.ndarray, layers: ColourLayers, findings: Findings
 ) -> np.ndarray:
-    """The values (corners, 3 or 4) of ``key``, a pair of kind and name.
+    """The values (corners, 1, 3 or 4) of ``key``, a pair of kind and name.
 
-    ("uv", name) and ("attribute", name) take the layer that renders when the name is ""; ("position", "Object" or
-    "Generated") are coordinates, "normal" and "face normal" directions, "island" a number of the connected part. What
-    the mesh does not have is zero, as in Cycles. Baked ``layers`` are looked through: to what rendered before the bake,
-    or, by their names, to nothing.
+    ("uv", name) and ("colour layer", name) take the layer that renders when the name is ""; ("attribute", name) and, as
+    one number, ("factor", name) do not; ("position", "Object" or "Generated") are coordinates, "normal" and "face
+    normal" directions, "island" a number of the connected part. What the mesh does not have is zero, as in Cycles.
+    Baked ``layers`` are looked through: to what rendered before the bake, or, by their names, to nothing.
     """
     kind, name = key
     if kind == "normal":
@@ -42,16 +45,20 @@ def corner_values(
         return _positions(mesh, name)[corner_vertices]
     if kind == "uv" and not name:
         name = next((layer.name for layer in mesh.uv_layers if layer.active_render), "")
-    if kind == "attribute" and not name:
+    if kind == "colour layer" and not name:
         name = _painted(mesh, layers, findings)
-    elif kind == "attribute" and name in layers.baked:
+    elif kind in NAMED and name in layers.baked:
         findings.warn("light of earlier bakes counts as black where shaders ask for it: {}", "name", name)
-        return np.zeros((len(corner_vertices), 4), np.float32)
+        return np.zeros((len(corner_vertices), 1 if kind == "factor" else 4), np.float32)
     values = attribute_at_corners(mesh, name, corner_vertices)
     if values is None:
-        if kind == "attribute":
+        if kind in NAMED:
             findings.warn("attributes that shaders ask for and meshes do not have count as black: {}", "name", name)
-        values = np.zeros((len(corner_vertices), 1), np.float32)
+        # Without a layer even alpha is none; an attribute's is whole whatever it is.
+        values = np.zeros((len(corner_vertices), 4 if kind == "colour layer" else 1), np.float32)
+    if kind == "factor":
+        # Of pairs Cycles takes the first.
+        return values[:, :3].mean(axis=1, keepdims=True) if values.shape[1] > 2 else values[:, :1].astype(np.float32)
     return _padded(values, 3) if kind == "uv" else _as_rgba(values)
 
 

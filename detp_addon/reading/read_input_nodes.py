@@ -75,13 +75,16 @@ def _rotation_matrix(x: float, y: float, z: float) -> np.ndarray:
 
 
 def _vertex_colour(values: Values, node, output, groups):
-    return _rgba_output(values.places.given("attribute", node.layer_name), output)
+    return _rgba_output(values.places.given("colour layer", node.layer_name), output)
 
 
 def _attribute(values: Values, node, output, groups):
     kind, name = node.attribute_type, node.attribute_name
-    rgba = values.places.given(*(("attribute", name) if kind == "GEOMETRY" else ("property", f"{kind} {name}")))
-    return _rgba_output(rgba, output)
+    if kind != "GEOMETRY":
+        return _rgba_output(values.places.given("property", f"{kind} {name}"), output)
+    if output.identifier == "Fac":
+        return values.places.given("factor", name)
+    return _rgba_output(values.places.given("attribute", name), output)
 
 
 def _rgba_output(rgba: np.ndarray, output) -> np.ndarray:

@@ -13,7 +13,7 @@ from .findings import Findings
 from .glass_bodies import settled_glass, without_faint
 from .joined_rows import any_of, batches, starts_of
 from .placed_values import BASES, Standing, placed_value
-from .read_attributes import corner_values, stored_normals
+from .read_attributes import NAMED, corner_values, stored_normals
 from .read_materials import Materials, Recipe
 from .response import Optics, Response
 from .triangle_geometry import has_area
@@ -89,7 +89,7 @@ def read_mesh(
     recipes, rows = _recipes(mesh, slots, materials, len(triangles))
     needs = set().union(*(recipe.needs for recipe in recipes))
     needs = sorted({BASES.get(key, BASES.get(key[0], key)) for key in needs} - {None})
-    colours = layers() if any(kind == "attribute" for kind, _ in needs) else NO_LAYERS
+    colours = layers() if any(kind in NAMED for kind, _ in needs) else NO_LAYERS
     return MeshSurface(
         vertices,
         corner_vertices,

@@ -26,7 +26,7 @@ class WhereaboutsUnknown(Exception):  # noqa: N818
 
 
 #: numbers in what the mesh or its object gives, where they are not three
-_WIDTHS = {"attribute": 4, "property": 4, "island": 1, "object index": 1, "object alpha": 1, "object random": 1}
+_WIDTHS = {"attribute": 4, "colour layer": 4, "factor": 1, "property": 4, "island": 1, "object index": 1, "object alpha": 1, "object random": 1}
 
 
 @dataclass

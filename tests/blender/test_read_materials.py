@@ -333,6 +333,28 @@ def test_colour_attributes(kind, domain, asking):
     assert np.allclose(surface_of(build, obj)[0], (0.25, 0.5, 0.75), atol=0.01)
 
 
+@pytest.mark.parametrize("asked, kind, output, found", [
+    ("UVMap", "Attribute", "Fac", 0.2), ("UVMap", "Attribute", "Color", (0.2, 0.6, 0)), ("", "Attribute", "Color", 0),
+    ("paint", "Attribute", "Fac", 0.3), ("none", "Attribute", "Alpha", 1), ("none", "VertexColor", "Alpha", 0),
+    ("", "VertexColor", "Color", (0.1, 0.2, 0.6)), ("", "VertexColor", "Alpha", 0.4),
+])  # fmt: skip
+def test_attributes_are_what_cycles_makes_of_them(asked, kind, output, found):
+    """As Cycles' EMIT bake gave them."""
+    obj = quad()
+    obj.data.uv_layers.new(name="UVMap").data.foreach_set("uv", [0.2, 0.6] * 4)
+    paint = obj.data.color_attributes.new("paint", "FLOAT_COLOR", "CORNER")
+    paint.data.foreach_set("color", [0.1, 0.2, 0.6, 0.4] * 4)
+    obj.data.attributes.default_color_name = "paint"
+
+    def build(tree):
+        made = tree.nodes.new(f"ShaderNode{kind}")
+        setattr(made, "attribute_name" if kind == "Attribute" else "layer_name", asked)
+        return node(tree, "ShaderNodeEmission", Color=made.outputs[output])
+
+    obj.data.materials.append(material(build))
+    assert np.allclose(read().scene.emission, found, atol=1e-6)
+
+
 def test_attributes_that_a_mesh_lacks_are_black_and_named():
     def build(tree):
         made = node(tree, "ShaderNodeAttribute", {"attribute_name": "nothing"})

@@ -24,7 +24,7 @@ FIRST_PHOTONS = 1 << 15
 
 #: With records, so many photons for each of their cells first, up to so many in all; and the first rounds of rays that
 #: look into them.
-PHOTONS_PER_CELL, MOST_FIRST_PHOTONS, FIRST_GATHER = 16, 1 << 18, 2
+PHOTONS_PER_CELL, MOST_FIRST_PHOTONS, FIRST_GATHER = 8, 1 << 18, 2
 
 #: In a bake of a given time, the share of it that each first step may take on a machine so many times slower than the
 #: nominal one.

@@ -14,7 +14,7 @@ import numpy as np
 from ..lights.light import Surroundings
 from .direction_guide import DirectionChoice, Sightings
 from .looks import Look, ReflectedLight
-from .looks_by_numpy import LooksByNumPy
+from .rays_around import RaysAround
 from .low_discrepancy import nets
 from .nearby_light import NearbyLight
 from .round_sums import RoundSums, batches, net_means
@@ -32,12 +32,12 @@ class SurroundingLight:
 
     def __init__(self, lights: Sequence[Surroundings], shadows: Shadows, reach: float, rays: int):
         self._lights, self._rays, self._chances = lights, rays, rays
-        self._looks = LooksByNumPy(lights, shadows, reach)
+        self._around = RaysAround(lights, shadows, reach)
         self.lit, self.gathers = bool(lights), False
 
     def gather(self, reflected: ReflectedLight, rays: int) -> None:
         """Let ``rays`` rays by chance (a power of two) in a round bring ``reflected`` light from now on."""
-        self._looks.reflected, self._chances, self.gathers = reflected, rays, True
+        self._around.reflected, self._chances, self.gathers = reflected, rays, True
 
     @property
     def rays_per_round(self) -> int:
@@ -71,9 +71,9 @@ class SurroundingLight:
             look = Look(spots, spot, aimed, ratio, guide, generator, seen, total, aims, nearby, first)
             for light in self._lights:
                 if light.aimed:
-                    self._looks.aimed(light, look, nets(aimed, len(spot), generator))
+                    self._around.aimed(light, look, nets(aimed, len(spot), generator))
             look = replace(look, count=chances)
-            found, sent = self._looks.by_chance(look, nets(chances, len(spot), generator))
+            found, sent = self._around.by_chance(look, nets(chances, len(spot), generator))
             if self.lit:
                 direct.add(batch, total + net_means(found, chances))
             if sent is not None:

@@ -14,7 +14,7 @@ from .shadows import Shadows
 from .surfaces import Surfaces
 
 
-class LooksByNumPy:
+class RaysAround:
     """Looks for ``lights``, which only surfaces within ``reach`` metres shade.
 
     Attribute ``reflected``: what surfaces send on, which rays by chance bring too; None as long as it is not known.

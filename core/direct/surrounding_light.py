@@ -14,9 +14,9 @@ import numpy as np
 from ..lights.light import Surroundings
 from .direction_guide import DirectionChoice, Sightings
 from .looks import Look, ReflectedLight
-from .rays_around import RaysAround
 from .low_discrepancy import nets
 from .nearby_light import NearbyLight
+from .rays_around import RaysAround
 from .round_sums import RoundSums, batches, net_means
 from .shadows import Shadows
 from .spots import Spots

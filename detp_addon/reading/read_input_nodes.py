@@ -12,7 +12,7 @@ from .read_values import UNKNOWN, Values, constant
 from .working_space import from_rec709
 
 #: procedural patterns, which count as their mean
-PATTERNS = ("Noise", "Voronoi", "Musgrave", "Wave", "Magic", "Gradient", "WhiteNoise", "Gabor", "Brick", "Checker")
+PATTERNS = ("Noise", "Voronoi", "Musgrave", "Wave", "Magic", "WhiteNoise", "Gabor", "Brick")
 
 
 def _set_value(values: Values, node, output, groups):
@@ -95,9 +95,46 @@ def _rgba_output(rgba: np.ndarray, output) -> np.ndarray:
 
 def _pattern(values: Values, node, output, groups):
     values.places.unknown(f"{node.bl_label} (taken as its mean)")
-    if node.bl_idname in ("ShaderNodeTexChecker", "ShaderNodeTexBrick") and output.identifier == "Color":
+    if node.bl_idname == "ShaderNodeTexBrick" and output.identifier == "Color":
         return 0.5 * (values.input(node, "Color1", groups) + values.input(node, "Color2", groups))
     return np.full((1, 3 if output.type == "RGBA" else 1), 0.5)
+
+
+def _coordinates(values: Values, node, groups) -> np.ndarray:
+    """Where (m, 3) a pattern is looked up: generated coordinates, unless others are linked."""
+    linked = feed_of(find_input(node, "Vector"), groups).node is not None
+    return values.input(node, "Vector", groups) if linked else values.places.given("position", "Generated")
+
+
+def _gradient(values: Values, node, output, groups):
+    places = _coordinates(values, node, groups)
+    if np.isnan(places).any():
+        return _pattern(values, node, output, groups)
+    (x, y), length = places[:, :2].T, np.linalg.norm(places, axis=1)
+    ball, ease = np.maximum(0.999999 - length, 0.0), np.clip(x, 0.0, 1.0)
+    value = {
+        "LINEAR": x,
+        "QUADRATIC": np.maximum(x, 0.0) ** 2,
+        "EASING": ease**2 * (3.0 - 2.0 * ease),
+        "DIAGONAL": 0.5 * (x + y),
+        "RADIAL": np.arctan2(y, x) / (2.0 * np.pi) + 0.5,
+        "SPHERICAL": ball,
+        "QUADRATIC_SPHERE": ball**2,
+    }[node.gradient_type]
+    return np.clip(value, 0.0, 1.0)[:, None]
+
+
+def _checker(values: Values, node, output, groups):
+    places = _coordinates(values, node, groups) * values.input(node, "Scale", groups)
+    first, second = (values.input(node, name, groups) for name in ("Color1", "Color2"))
+    with np.errstate(invalid="ignore"):
+        # Cycles moves the borders a little, lest faces in the planes between checks flicker.
+        odd = np.floor((places + 1e-6) * 0.999999) % 2 == 1
+        share = ((odd[:, 0] == odd[:, 1]) == odd[:, 2]).astype(float)[:, None]
+    # Places that lie farther apart than checks meet either as often by chance: half of each is the mean for certain.
+    fine = np.isnan(places).any(axis=1, keepdims=True) | values.places.coarser_than(places, 1.0)
+    share = np.where(fine, 0.5, share)
+    return share if output.identifier == "Fac" else share * first + (1.0 - share) * second
 
 
 def _light_path(values: Values, node, output, groups):
@@ -193,5 +230,7 @@ INPUT_RULES = {
     "ShaderNodeLightFalloff": _light_falloff,
     "ShaderNodeBlackbody": _blackbody,
     "ShaderNodeAmbientOcclusion": _occlusion,
+    "ShaderNodeTexGradient": _gradient,
+    "ShaderNodeTexChecker": _checker,
     **{f"ShaderNodeTex{name}": _pattern for name in PATTERNS},
 }

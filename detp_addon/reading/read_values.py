@@ -40,6 +40,10 @@ class Places(Protocol):
         """What the mesh or its object gives there (m, c), see read_attributes.py and placed_values.py."""
         ...
 
+    def coarser_than(self, coordinates: np.ndarray, size: float) -> np.ndarray | bool:
+        """Whether (m or 1, 1) places lie farther apart than ``size`` in those ``coordinates`` (m, 3)."""
+        ...
+
     def image(self, node, coordinates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Colour (m, 3) and alpha (m, 1) of an image texture node."""
         ...

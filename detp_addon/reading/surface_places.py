@@ -26,7 +26,16 @@ class WhereaboutsUnknown(Exception):  # noqa: N818
 
 
 #: numbers in what the mesh or its object gives, where they are not three
-_WIDTHS = {"attribute": 4, "colour layer": 4, "factor": 1, "property": 4, "island": 1, "object index": 1, "object alpha": 1, "object random": 1}
+_WIDTHS = {
+    "attribute": 4,
+    "colour layer": 4,
+    "factor": 1,
+    "property": 4,
+    "island": 1,
+    "object index": 1,
+    "object alpha": 1,
+    "object random": 1,
+}
 
 
 @dataclass
@@ -66,6 +75,10 @@ class Probe:
 
     material_index = 0.0
 
+    def coarser_than(self, coordinates: np.ndarray, size: float) -> bool:
+        """No."""
+        return False
+
     def image(self, node, coordinates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Black; what matters is what the coordinates asked for."""
         return np.zeros((1, 3)), np.zeros((1, 1))
@@ -88,7 +101,7 @@ class Nowhere:
         """Raise."""
         raise WhereaboutsUnknown
 
-    unknown = given
+    unknown = coarser_than = given
 
     @property
     def back(self):
@@ -134,6 +147,14 @@ class Patches:
         """What the mesh or its object gives there (16 T, c)."""
         corners = self._corners[(kind, name)]
         return np.einsum("pc,tck->tpk", PATCHES, corners).reshape(-1, corners.shape[2])
+
+    def coarser_than(self, coordinates: np.ndarray, size: float) -> np.ndarray | bool:
+        """Whether (16 T, 1) the patches are longer than ``size`` in ``coordinates`` (16 T or 1, 3)."""
+        if len(coordinates) % len(PATCHES):
+            return False
+        ends = coordinates.reshape(-1, len(PATCHES), 3)[:, _SPAN]
+        longest = np.linalg.norm(ends - np.roll(ends, 1, axis=1), axis=2).max(axis=1) / (_WAY * _ROWS)
+        return np.repeat(longest > size, len(PATCHES))[:, None]
 
     def image(self, node, coordinates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Colour (16 T, 3) and alpha (16 T, 1), each averaged over its patch."""

@@ -355,6 +355,28 @@ def test_attributes_are_what_cycles_makes_of_them(asked, kind, output, found):
     assert np.allclose(read().scene.emission, found, atol=1e-6)
 
 
+@pytest.mark.parametrize("kind, mean", [
+    ("LINEAR", 1 / 2), ("QUADRATIC", 1 / 3), ("EASING", 1 / 2), ("DIAGONAL", 1 / 2), ("RADIAL", 5 / 8),
+    ("SPHERICAL", np.pi / 12), ("QUADRATIC_SPHERE", np.pi / 24), (1.0, 0.2), (2.0, 0.5), (1e6, 0.5),
+])  # fmt: skip
+def test_gradients_and_checkers_have_their_means_over_faces(kind, mean):
+    """Integrals over the unit square; a number is a checker's scale, its colours 0.8 and 0.2."""
+    obj = quad()
+    obj.data.uv_layers.new(name="UVMap").data.foreach_set("uv", [0, 0, 1, 0, 1, 1, 0, 1])
+
+    def build(tree):
+        place = tree.nodes.new("ShaderNodeUVMap").outputs[0]
+        if isinstance(kind, str):
+            made = node(tree, "ShaderNodeTexGradient", {"gradient_type": kind}, Vector=place)
+        else:
+            given = {"Color1": (0.8, 0.8, 0.8, 1), "Color2": (0.2, 0.2, 0.2, 1)}
+            made = node(tree, "ShaderNodeTexChecker", Vector=place, Scale=kind, **given)
+        return node(tree, "ShaderNodeBsdfDiffuse", Color=colour(made))
+
+    albedo, _, _, result = surface_of(build, obj)
+    assert np.allclose(albedo.mean(axis=0), mean, atol=0.01) and not result.warnings
+
+
 def test_attributes_that_a_mesh_lacks_are_black_and_named():
     def build(tree):
         made = node(tree, "ShaderNodeAttribute", {"attribute_name": "nothing"})

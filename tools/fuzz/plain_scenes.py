@@ -125,7 +125,9 @@ def _shader(chance: Chance, tree, output) -> None:
     shader = tree.nodes.new(f"ShaderNode{kind}")
     ends = [shader]
     if kind in ("MixShader", "AddShader"):
-        ends = [tree.nodes.new(f"ShaderNode{chance.one_of('BsdfDiffuse', 'BsdfTransparent', 'Emission')}") for _ in "12"]
+        ends = [
+            tree.nodes.new(f"ShaderNode{chance.one_of('BsdfDiffuse', 'BsdfTransparent', 'Emission')}") for _ in "12"
+        ]
         for end, socket in zip(ends, shader.inputs[-2:], strict=True):
             tree.links.new(end.outputs[0], socket)
     for node in dict.fromkeys((*ends, shader)):

@@ -28,6 +28,7 @@ from .chosen_views import not_baked
 from .reading.read_scene import FITS, BakeTarget, ExportedScene, read_scene
 from .report import BakeReport, counted
 from .writing.element_values import QUANTITIES, quantity_values, spread
+from .writing.encoding import Encoding, encoded, usual_scale
 from .writing.live_colours import LiveColours
 from .writing.lossy_faces import LossyFaces
 from .writing.write_attributes import (
@@ -64,6 +65,7 @@ class BakeRequest:
     quantity   one of element_values.QUANTITIES
     split      direct and indirect light also in attributes of their own, <attribute>_direct and <attribute>_indirect
     activate   make the attribute the one that viewport and render show
+    encoding   how the light becomes the attribute's numbers
 
     Raises InvalidSettingError on anything else.
     """
@@ -76,6 +78,7 @@ class BakeRequest:
     quantity: str = "lighting"
     split: bool = False
     activate: bool = True
+    encoding: Encoding = field(default_factory=Encoding)
 
     def __post_init__(self):
         for name in self.attributes:
@@ -158,6 +161,7 @@ def _steps(
     check_baking(len(export.scene.triangles), len(points.centres))
     exported = time.perf_counter()
 
+    scale = _usual_scale(scene, targets, request)
     found, stopped = None, False
     with live or nullcontext():
         for progress in _bake_steps(scene, export, points, request, start):
@@ -165,7 +169,8 @@ def _steps(
             shown = progress.found is not None and live is not None and live.due
             if shown:
                 begin = time.perf_counter()
-                live.show(_colours(targets, _values(points, found), request)[0], begin)
+                colours, _ = _colours(targets, _values(points, found), request)
+                live.show(encoded(colours, request.encoding, request.quantity, scale)[0], begin)
             wish = yield _job_progress(progress, found, time.perf_counter() - exported, shown)
             stopped = stopped or bool(wish)
             if stopped and found is not None:
@@ -178,7 +183,8 @@ def _steps(
     colours, gone = _colours(targets, values, request)
     lossy = _lossy_faces(export, points, values, result)
     turned = _turned_away(targets, export.scene, points, result) if request.quantity != "ambient-occlusion" else []
-    notes = write_colours(colours, request.domain, request.attribute if request.activate else None)
+    stored, brightness = encoded(colours, request.encoding, request.quantity, scale)
+    notes = write_colours(stored, request.domain, request.attribute if request.activate else None)
     end = time.perf_counter()
     doubts = _doubts(result, request.settings, stopped, export.scene.vertices)
     return BakeReport(
@@ -204,6 +210,7 @@ def _steps(
         },
         relative_error=result.relative_error,
         high_error=result.high_error,
+        brightness=brightness,
         lossy_faces=lossy,
         modelled=tuple(export.modelled),
         left_out=tuple(export.left_out),
@@ -230,7 +237,16 @@ def _writable(targets: tuple[BakeTarget, ...], request: BakeRequest) -> tuple[li
 
 def _obstacle(obj: bpy.types.Object, request: BakeRequest) -> DetpError | None:
     """Why one of the attributes cannot be written, or None when all can."""
-    return next(filter(None, (obstacle(obj, name, request.domain) for name in request.attributes)), None)
+    kind = request.encoding.type
+    return next(filter(None, (obstacle(obj, name, request.domain, kind) for name in request.attributes)), None)
+
+
+def _usual_scale(scene: bpy.types.Scene, targets: list[BakeTarget], request: BakeRequest) -> float | None:
+    """What the light of the scene's other meshes was multiplied by: a part must not be brighter than the rest."""
+    if request.targets == "visible":
+        return None
+    objects = objects_by_name()
+    return usual_scale(scene, request.attribute, [objects[each.object_name, each.library] for each in targets])
 
 
 def _first(sentences: list[str], shown: int = 3) -> list[str]:

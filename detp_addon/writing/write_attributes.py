@@ -1,9 +1,9 @@
-"""Writes colours into FLOAT_COLOR attributes: all the objects it is given, or, when it fails, none of them."""
+"""Writes colours into colour attributes: all the objects it is given, or, when it fails, none of them."""
 
 from __future__ import annotations
 
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import bpy
 import numpy as np
@@ -23,10 +23,16 @@ LONGEST_NAME = 63
 
 @dataclass(frozen=True)
 class MeshColours:
-    """What to write on one mesh object: for each attribute's name its rgb (M, 3), one row per element of the domain."""
+    """What to write on one mesh object: for each attribute's name its rgb (M, 3), one row per element of the domain.
+
+    light  what the rgb mean, as baked_layers.PLAIN_LIGHT
+    type   of the attributes; into bytes Blender itself encodes linear colours as sRGB
+    """
 
     object: bpy.types.Object
     layers: dict[str, np.ndarray]
+    light: dict = field(default_factory=dict)
+    type: str = "FLOAT_COLOR"
 
 
 def check_attribute_name(name: str) -> None:
@@ -39,8 +45,8 @@ def check_attribute_name(name: str) -> None:
         raise InvalidSettingError(f"The attribute name '{name}' is longer than {LONGEST_NAME} bytes.")
 
 
-def obstacle(obj: bpy.types.Object, attribute: str, domain: str) -> DetpError | None:
-    """Why the ``attribute`` of this mesh object cannot be written, or None when it can."""
+def obstacle(obj: bpy.types.Object, attribute: str, domain: str, kind: str = "FLOAT_COLOR") -> DetpError | None:
+    """Why the ``attribute`` of this mesh object cannot be written as ``kind``, or None when it can."""
     mesh = obj.data
     if obj.library or mesh.library or mesh.override_library:
         source = (obj.library or mesh.library or mesh.override_library.reference.library).filepath
@@ -51,10 +57,10 @@ def obstacle(obj: bpy.types.Object, attribute: str, domain: str) -> DetpError | 
     if mesh.is_editmode:
         return EditModeError(f"'{obj.name}' is open in Edit Mode: leave Edit Mode and bake again.")
     taken = mesh.attributes.get(attribute)
-    if taken is not None and (taken.data_type, taken.domain) != ("FLOAT_COLOR", domain):
+    if taken is not None and (taken.data_type, taken.domain) != (kind, domain):
         return AttributeNameTakenError(
             f"'{obj.name}' already has an attribute named '{attribute}' of the type {taken.data_type} on "
-            f"{taken.domain}, and {domain} colours cannot replace it: choose another attribute name."
+            f"{taken.domain}, and {kind} on {domain} cannot replace it: choose another attribute name, or remove it."
         )
     if taken is None and attribute in obj.vertex_groups:
         return AttributeNameTakenError(
@@ -119,9 +125,9 @@ def write_layers(entry: MeshColours, domain: str, shown: str | None, undo: ExitS
     """Write the colours of one entry to its object's own mesh; closing ``undo`` takes back what has been written."""
     mesh = entry.object.data
     paint = colour_layers(mesh, tuple(entry.layers)).paint
-    for name, rgb in entry.layers.items():
-        _write(entry.object, name, rgb, domain, undo)
-    undo.callback(put_mark, mesh, leave_mark(mesh, paint, tuple(entry.layers)))
+    for name in entry.layers:
+        _write(entry, name, domain, undo)
+    undo.callback(put_mark, mesh, leave_mark(mesh, paint, tuple(entry.layers), entry.light))
     if shown is not None:
         _show(mesh, shown, shown)
 
@@ -161,15 +167,15 @@ def _put_back(obj: bpy.types.Object, mesh: bpy.types.Mesh, copy: bpy.types.Mesh)
     bpy.data.meshes.remove(copy)
 
 
-def _write(obj: bpy.types.Object, attribute: str, rgb: np.ndarray, domain: str, undo: ExitStack) -> None:
-    mesh = obj.data
+def _write(entry: MeshColours, attribute: str, domain: str, undo: ExitStack) -> None:
+    obj, rgb, mesh = entry.object, entry.layers[attribute], entry.object.data
     layers = mesh.attributes
     shown = (layers.active_color_name, layers.default_color_name)
     undo.callback(_show, mesh, *shown)
     layer = layers.get(attribute)
     rgba = np.ones((len(rgb), 4), np.float32)
     if layer is None:
-        layer = layers.new(attribute, "FLOAT_COLOR", domain)
+        layer = layers.new(attribute, entry.type, domain)
         name = layer.name if layer else None
         if name is not None:
             undo.callback(_remove_layer, mesh, name)

@@ -27,8 +27,9 @@ from .chosen_objects import chosen_objects, objects_by_name
 from .chosen_views import not_baked
 from .reading.read_scene import FITS, BakeTarget, ExportedScene, read_scene
 from .report import BakeReport, counted
+from .writing.baked_layers import look_of
 from .writing.element_values import QUANTITIES, quantity_values, spread
-from .writing.encoding import Encoding, encoded, usual_scale
+from .writing.encoding import Encoding, encoded, fitted_scale, usual_scale
 from .writing.live_colours import LiveColours
 from .writing.lossy_faces import LossyFaces
 from .writing.write_attributes import (
@@ -66,6 +67,7 @@ class BakeRequest:
     split      direct and indirect light also in attributes of their own, <attribute>_direct and <attribute>_indirect
     activate   make the attribute the one that viewport and render show
     encoding   how the light becomes the attribute's numbers
+    look       beside it, a layer with what the surfaces look like in the light, which the viewport shows
 
     Raises InvalidSettingError on anything else.
     """
@@ -79,6 +81,7 @@ class BakeRequest:
     split: bool = False
     activate: bool = True
     encoding: Encoding = field(default_factory=Encoding)
+    look: bool = False
 
     def __post_init__(self):
         for name in self.attributes:
@@ -161,7 +164,7 @@ def _steps(
     check_baking(len(export.scene.triangles), len(points.centres))
     exported = time.perf_counter()
 
-    scale = _usual_scale(scene, targets, request)
+    scales = _usual_scales(scene, targets, request)
     found, stopped = None, False
     with live or nullcontext():
         for progress in _bake_steps(scene, export, points, request, start):
@@ -169,8 +172,8 @@ def _steps(
             shown = progress.found is not None and live is not None and live.due
             if shown:
                 begin = time.perf_counter()
-                colours, _ = _colours(targets, _values(points, found), request)
-                live.show(encoded(colours, request.encoding, request.quantity, scale)[0], begin)
+                colours, _ = _colours(targets, _values(points, found), request, scales[1])
+                live.show(encoded(colours, request.encoding, request.quantity, scales[0])[0], begin)
             wish = yield _job_progress(progress, found, time.perf_counter() - exported, shown)
             stopped = stopped or bool(wish)
             if stopped and found is not None:
@@ -180,10 +183,10 @@ def _steps(
     yield JobProgress("Writing the colours", 1.0)
     writing = time.perf_counter()
     values = _values(points, result)
-    colours, gone = _colours(targets, values, request)
+    colours, gone = _colours(targets, values, request, scales[1])
     lossy = _lossy_faces(export, points, values, result)
     turned = _turned_away(targets, export.scene, points, result) if request.quantity != "ambient-occlusion" else []
-    stored, brightness = encoded(colours, request.encoding, request.quantity, scale)
+    stored, brightness = encoded(colours, request.encoding, request.quantity, scales[0])
     notes = write_colours(stored, request.domain, request.attribute if request.activate else None)
     end = time.perf_counter()
     doubts = _doubts(result, request.settings, stopped, export.scene.vertices)
@@ -241,12 +244,15 @@ def _obstacle(obj: bpy.types.Object, request: BakeRequest) -> DetpError | None:
     return next(filter(None, (obstacle(obj, name, request.domain, kind) for name in request.attributes)), None)
 
 
-def _usual_scale(scene: bpy.types.Scene, targets: list[BakeTarget], request: BakeRequest) -> float | None:
-    """What the light of the scene's other meshes was multiplied by: a part must not be brighter than the rest."""
+def _usual_scales(
+    scene: bpy.types.Scene, targets: list[BakeTarget], request: BakeRequest
+) -> tuple[float | None, float | None]:
+    """What light and look of the scene's other meshes were multiplied by: a part must be as bright as the rest."""
     if request.targets == "visible":
-        return None
+        return None, None
     objects = objects_by_name()
-    return usual_scale(scene, request.attribute, [objects[each.object_name, each.library] for each in targets])
+    written = [objects[each.object_name, each.library] for each in targets]
+    return tuple(usual_scale(scene, name, written) for name in (request.attribute, look_of(request.attribute)))
 
 
 def _first(sentences: list[str], shown: int = 3) -> list[str]:
@@ -395,9 +401,14 @@ def _turned_away(targets: list[BakeTarget], scene: Scene, points: _Points, resul
     return [turned_away(names)] if names else []
 
 
-def _colours(targets: list[BakeTarget], light: _Values, request: BakeRequest) -> tuple[list[MeshColours], list[str]]:
-    """The colours of each target's elements, and a warning for each target that changed during the bake."""
-    colours, gone, objects = [], [], objects_by_name()
+def _colours(
+    targets: list[BakeTarget], light: _Values, request: BakeRequest, look_scale: float | None
+) -> tuple[list[MeshColours], list[str]]:
+    """The colours of each target's elements, and a warning for each target that changed during the bake.
+
+    A ``look_scale`` of None fits the look to the light that surfaces reflect.
+    """
+    colours, gone, objects, reflected = [], [], objects_by_name(), []
     parts = light.irradiance, light.direct, light.indirect
     for target in targets:
         obj = objects.get((target.object_name, target.library))
@@ -408,17 +419,27 @@ def _colours(targets: list[BakeTarget], light: _Values, request: BakeRequest) ->
         if refusal is not None:
             gone.append(str(refusal))
             continue
-        faces = faces_of(obj.data, request.domain)
-        layers = {}
+        faces, layers, look = faces_of(obj.data, request.domain), {}, None
         for name, irradiance in zip(request.attributes, parts, strict=False):
             # What a surface emits is part of its direct light, and of the whole.
             emission = np.zeros_like(target.emission) if irradiance is parts[2] else target.emission
             values = spread(irradiance, _known_rows(target, light.known), faces)
             layers[name] = quantity_values(request.quantity, values, target.albedo, emission)
-        colours.append(MeshColours(obj, layers))
+            if irradiance is parts[0] and _looks(request):
+                reflected.append(quantity_values("shaded", values, target.albedo, np.zeros_like(target.emission)))
+                look = reflected[-1] + target.emission
+        colours.append(MeshColours(obj, layers, look=look))
     if not colours:
         raise UnwritableFileError("Every object was changed during the bake, so no colours were written: bake again.")
+    if reflected:
+        scale = look_scale or fitted_scale(reflected)
+        colours = [replace(entry, look=np.clip(entry.look * scale, 0, 1), look_scale=scale) for entry in colours]
     return colours, gone
+
+
+def _looks(request: BakeRequest) -> bool:
+    """Whether a layer for the look is wanted, and shows more than the light itself."""
+    return request.look and request.activate and request.quantity in ("lighting", "irradiance")
 
 
 def _doubts(result: BakeResult, settings: BakeSettings, stopped: bool, vertices: np.ndarray) -> list[str]:

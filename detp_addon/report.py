@@ -26,6 +26,15 @@ class Brightness:
         """The exposure that ``scale`` is."""
         return math.log2(self.scale)
 
+    def sentence(self) -> str:
+        """One line for people: the exposure, and how much of the light is above 1; "" when there is nothing to say."""
+        exposed = f"Exposed by {self.stops:+.2f} stops" if self.scale != 1.0 else ""
+        if not self.above:
+            return f"{exposed}: no colour is above 1." if exposed else ""
+        share = _percent(self.above / self.colours)
+        above = f"{counted(self.above, 'colour')} ({share}) are above 1, where many formats and engines cut"
+        return f"{exposed}: {above}." if exposed else f"{above}: choose an exposure, or let it fit."
+
 
 @dataclass(frozen=True)
 class BakeReport:
@@ -105,15 +114,6 @@ class BakeReport:
         many = counted(sum(map(len, wrong.values())), "face")
         return f"{line}; {many} of {counted(len(wrong), 'object')} more than a quarter."
 
-    def brightest(self) -> str:
-        """One line for people: the exposure, and how much of the light is above 1; "" when there is nothing to say."""
-        exposed = f"Exposed by {self.brightness.stops:+.2f} stops" if self.brightness.scale != 1.0 else ""
-        if not self.brightness.above:
-            return f"{exposed}: no colour is above 1." if exposed else ""
-        share = _percent(self.brightness.above / self.brightness.colours)
-        above = f"{counted(self.brightness.above, 'colour')} ({share}) are above 1, where many formats and engines cut"
-        return f"{exposed}: {above}." if exposed else f"{above}: choose an exposure, or let it fit."
-
     def details(self) -> list[str]:
         """Lines for people after the headline: what was modelled, what was left out, what to look at."""
         lines = []
@@ -123,8 +123,8 @@ class BakeReport:
             lines.append("Left out: " + ", ".join(self.left_out) + ".")
         if math.isfinite(self.lossy_faces.whole):
             lines.append(self.faces())
-        if self.brightest():
-            lines.append(self.brightest())
+        if self.brightness.sentence():
+            lines.append(self.brightness.sentence())
         if self.filled:
             lines.append(f"Filled from neighbours: {counted(self.filled, 'element')}.")
         return lines + [f"Warning: {warning}" for warning in self.warnings]

@@ -6,11 +6,10 @@ from collections.abc import Iterator
 
 import bpy
 
-#: the custom property of such a node: the identifier of the input that has what was there before, or ""
+#: the custom property of such a node: the identifier of the input that has what was there before, or ""; and of a
+#: material with such nodes: NODES, or PLAIN if it used none before
 MARK = "detp_light"
-
-#: the same of a material that used no nodes before
-PLAIN = "detp_plain"
+NODES, PLAIN = "nodes", "plain"
 
 _MIXES = ("ShaderNodeMix", "ShaderNodeMixShader")
 

@@ -20,7 +20,7 @@ from ..reading.read_node_graph import feed_of, find_input, node_tree
 from ..report import counted
 from ..writing.baked_layers import WHITE, light_of, take_mark_of
 from ..writing.write_attributes import MeshColours, element_count, obstacle, write_layers
-from .marked_nodes import MARK, PLAIN, before, marked, marked_nodes
+from .marked_nodes import MARK, NODES, PLAIN, before, marked, marked_nodes
 from .surface_colours import Surface, UnknownSurfaceError, Value, diffuse_inputs, surface_of, value_of
 
 #: how light can be used; "auto" takes base colour for ambient occlusion, which lamps are to light, else unlit
@@ -94,7 +94,7 @@ def remove_from_materials(objects: Iterable[bpy.types.Object]) -> int:
     for material in found:
         _restore(material)
     for mesh in bpy.data.meshes:
-        if mesh.library is None and not any(_uses_light(material) for material in mesh.materials):
+        if mesh.library is None and not any(material is not None and MARK in material for material in mesh.materials):
             for name in [layer.name for layer in mesh.color_attributes]:
                 if light_of(mesh, name)["quantity"] == WHITE:
                     take_mark_of(mesh, name)
@@ -104,20 +104,21 @@ def remove_from_materials(objects: Iterable[bpy.types.Object]) -> int:
 
 def materials_with_light(objects: Iterable[bpy.types.Object]) -> Iterator[bpy.types.Material]:
     """The materials of ``objects`` that use baked light."""
-    materials = {slot.material for obj in objects if obj.type == "MESH" for slot in obj.material_slots}
-    return (material for material in materials if _uses_light(material))
+    seen = set()
+    for obj in objects:
+        for slot in obj.material_slots if obj.type == "MESH" else ():
+            if slot.material is not None and MARK in slot.material and slot.material not in seen:
+                seen.add(slot.material)
+                yield slot.material
 
 
 def _restore(material: bpy.types.Material) -> None:
     for tree in list(_trees(material)):
         _strip(tree)
-    if PLAIN in material:
+    if material.get(MARK) == PLAIN:
         material.use_nodes = False
-        del material[PLAIN]
-
-
-def _uses_light(material: bpy.types.Material | None) -> bool:
-    return material is not None and any(True for tree in _trees(material) for _ in marked_nodes(tree))
+    if MARK in material:
+        del material[MARK]
 
 
 def _trees(material: bpy.types.Material) -> Iterator[bpy.types.NodeTree]:
@@ -139,6 +140,7 @@ def _use(material: bpy.types.Material, attribute: str, quantity: str, way: str) 
     if way == "auto":
         way = "base-color" if quantity == "ambient-occlusion" else "unlit"
     _restore(material)
+    material[MARK] = NODES
     tree = node_tree(material) or _plain_nodes(material)
     if way == "unlit" or quantity == "shaded":
         outputs = _outputs(tree)
@@ -146,11 +148,12 @@ def _use(material: bpy.types.Material, attribute: str, quantity: str, way: str) 
             return "unlit", ""
         _strip(tree)
     sockets = _inputs(tree)
-    local = [socket for socket in sockets if socket.id_data.library is None]
-    for socket in local if quantity != "shaded" else ():
+    local = [socket for socket in sockets if socket.id_data.library is None and quantity != "shaded"]
+    for socket in local:
         _multiplied(socket, attribute)
-    if local and quantity != "shaded":
+    if local:
         return "base-color", ""
+    _restore(material)
     if sockets:
         return "", "with shaders inside linked or closed node groups, where light cannot be put in"
     return "", "without a surface that shows baked light (they shine, mirror, or are clear), left as they were"
@@ -244,7 +247,7 @@ def _put(value: Value, socket: bpy.types.NodeSocket) -> None:
 def _plain_nodes(material: bpy.types.Material) -> bpy.types.NodeTree:
     """Nodes for a material that is shown by its plain settings, beside those that it may have and not use."""
     material.use_nodes = True
-    material[PLAIN] = True
+    material[MARK] = PLAIN
     tree = material.node_tree
     shader, output = marked(tree, "ShaderNodeBsdfPrincipled"), marked(tree, "ShaderNodeOutputMaterial")
     for name, value in (

@@ -21,6 +21,9 @@ PLAIN_LIGHT = {"quantity": "lighting", "scale": 1.0}
 #: the quantity of layers that hold no light and only keep a material from being black
 WHITE = "white"
 
+#: the quantity of layers that hold what surfaces look like in this light, for the viewport
+LOOK = "look"
+
 #: what bakes were named before they left a mark, unless they were asked for another name
 UNMARKED = ("irradiance", "irradiance_direct", "irradiance_indirect")
 
@@ -74,17 +77,22 @@ def colour_layers(
     return ColourLayers(frozenset(baked | brought), paint, unsure)
 
 
-def leave_mark(mesh: bpy.types.Mesh, paint: str, names: Sequence[str], light: dict) -> dict | None:
-    """Note that the layers of these ``names`` hold ``light``, and ``paint`` rendered before; returns the mark till now.
+def look_of(name: str) -> str:
+    """The name of the layer that shows the viewport what surfaces look like in the light of the layer ``name``."""
+    return f"{name}_look"
 
-    ``light`` has what differs from PLAIN_LIGHT.
+
+def leave_mark(mesh: bpy.types.Mesh, paint: str, light: dict[str, dict]) -> dict | None:
+    """Note what ``light`` layers hold, by their names, and that ``paint`` rendered before; returns the mark until now.
+
+    Each has what differs from PLAIN_LIGHT.
     """
     before, mark = mesh[MARK].to_dict() if MARK in mesh else None, _mark(mesh)
     kept, meanings = (
         {name: value for name, value in mark[part].items() if name in mesh.attributes} for part in ("layers", "light")
     )
-    sums = {name: _checksum(mesh.attributes[name]) for name in names}
-    meanings |= dict.fromkeys(names, PLAIN_LIGHT | light)
+    sums = {name: _checksum(mesh.attributes[name]) for name in light}
+    meanings |= {name: PLAIN_LIGHT | meaning for name, meaning in light.items()}
     mesh[MARK] = {"paint": paint, "layers": kept | sums, "light": meanings}
     return before
 
@@ -97,7 +105,8 @@ def light_of(mesh: bpy.types.Mesh, name: str) -> dict:
 
 def holds_light(mesh: bpy.types.Mesh, name: str) -> bool:
     """Whether a bake that left its mark has written the colour layer of that name."""
-    return name in mesh.color_attributes and name in _mark(mesh)["layers"] and light_of(mesh, name)["quantity"] != WHITE
+    marked = name in mesh.color_attributes and name in _mark(mesh)["layers"]
+    return marked and light_of(mesh, name)["quantity"] != WHITE
 
 
 def take_mark_of(mesh: bpy.types.Mesh, name: str) -> None:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 
 import bpy
 import numpy as np
 
-from ...core.errors import InvalidSettingError
+from ...core.errors import InvalidSettingError, NotBakedError
 from ..report import Brightness
 from .baked_layers import holds_light, light_of
-from .write_attributes import MeshColours
+from .write_attributes import MeshColours, write_layers
 
 #: what colours are stored as, by the name of Blender's type: 32 bits a channel, or 8 in sRGB encoding
 STORAGES = {"float": "FLOAT_COLOR", "byte": "BYTE_COLOR"}
@@ -91,3 +92,36 @@ def usual_scale(scene: bpy.types.Scene, attribute: str, without: Iterable[bpy.ty
     left = {obj.data for obj in scene.objects if obj.type == "MESH"} - {obj.data for obj in without}
     scales = [light_of(mesh, attribute)["scale"] for mesh in left if holds_light(mesh, attribute)]
     return max(set(scales), key=scales.count) if scales else None
+
+
+def fit_stored(objects: Iterable[bpy.types.Object], attribute: str) -> Brightness:
+    """Multiply the light that is stored in the ``attribute`` of ``objects``, so that it fits, and say how bright it is.
+
+    Its direct and indirect parts go with it. Raises NotBakedError when no mesh has light there, or only as bytes.
+    """
+    entries, names = [], (attribute, f"{attribute}_direct", f"{attribute}_indirect")
+    for mesh, obj in {obj.data: obj for obj in objects if obj.type == "MESH"}.items():
+        layer = mesh.attributes.get(attribute)
+        if mesh.library is None and holds_light(mesh, attribute) and layer.data_type == "FLOAT_COLOR":
+            light = light_of(mesh, attribute)
+            layers = {name: _stored(mesh, name) / light["scale"] for name in names if holds_light(mesh, name)}
+            entries.append((MeshColours(obj, layers), light["quantity"], layer.domain))
+    if not entries:
+        raise NotBakedError(
+            f"No mesh has light as floats in '{attribute}', whose exposure could be changed: bake again with another."
+        )
+    scale = fitted_scale([entry.layers[attribute] for entry, _, _ in entries])
+    above = count = 0
+    with ExitStack() as undo:
+        for entry, quantity, domain in entries:
+            [stored], brightness = encoded([entry], Encoding(None), quantity, scale)
+            write_layers(stored, domain, None, undo)
+            above, count = above + brightness.above, count + brightness.colours
+        undo.pop_all()
+    return Brightness(scale, above, count)
+
+
+def _stored(mesh: bpy.types.Mesh, name: str) -> np.ndarray:
+    rgba = np.empty((len(mesh.attributes[name].data), 4), np.float32)
+    mesh.attributes[name].data.foreach_get("color", rgba.ravel())
+    return rgba[:, :3].astype(np.float64)

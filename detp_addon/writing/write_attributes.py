@@ -11,7 +11,7 @@ import numpy as np
 from ...core.errors import AttributeNameTakenError, DetpError, EditModeError, InvalidSettingError, UnwritableFileError
 from ..reading.read_attributes import face_sizes
 from ..reading.read_meshes import corner_vertex_indices, vertex_positions
-from .baked_layers import colour_layers, leave_mark, put_mark
+from .baked_layers import LOOK, colour_layers, leave_mark, light_of, look_of, put_mark
 from .element_values import Faces
 
 #: the brightest colour that an attribute holds
@@ -27,12 +27,16 @@ class MeshColours:
 
     light  what the rgb mean, as baked_layers.PLAIN_LIGHT
     type   of the attributes; into bytes Blender itself encodes linear colours as sRGB
+    look   rgb (M, 3) for a layer of bytes beside the first that the viewport shows in its place, and look_scale, by
+           which they were multiplied; None for no such layer
     """
 
     object: bpy.types.Object
     layers: dict[str, np.ndarray]
     light: dict = field(default_factory=dict)
     type: str = "FLOAT_COLOR"
+    look: np.ndarray | None = None
+    look_scale: float = 1.0
 
 
 def check_attribute_name(name: str) -> None:
@@ -124,12 +128,26 @@ def write_colours(colours: list[MeshColours], domain: str, shown: str | None = N
 def write_layers(entry: MeshColours, domain: str, shown: str | None, undo: ExitStack) -> None:
     """Write the colours of one entry to its object's own mesh; closing ``undo`` takes back what has been written."""
     mesh = entry.object.data
-    paint = colour_layers(mesh, tuple(entry.layers)).paint
-    for name in entry.layers:
-        _write(entry, name, domain, undo)
-    undo.callback(put_mark, mesh, leave_mark(mesh, paint, tuple(entry.layers), entry.light))
+    look = _look_name(entry, domain)
+    written = (*entry.layers, look) if look else tuple(entry.layers)
+    paint = colour_layers(mesh, written).paint
+    for name, rgb in entry.layers.items():
+        _write(entry.object, name, rgb, (entry.type, domain), undo)
+    light = dict.fromkeys(entry.layers, entry.light)
+    if look:
+        _write(entry.object, look, entry.look, ("BYTE_COLOR", domain), undo)
+        light[look] = {"quantity": LOOK, "scale": entry.look_scale}
+    undo.callback(put_mark, mesh, leave_mark(mesh, paint, light))
     if shown is not None:
-        _show(mesh, shown, shown)
+        _show(mesh, look or shown, shown)
+
+
+def _look_name(entry: MeshColours, domain: str) -> str:
+    """The name of the layer for the look, "" when there is none, or where it is taken by something else."""
+    mesh, name = entry.object.data, look_of(next(iter(entry.layers)))
+    if entry.look is None or len(name.encode()) > LONGEST_NAME or obstacle(entry.object, name, domain, "BYTE_COLOR"):
+        return ""
+    return name if name not in mesh.attributes or light_of(mesh, name)["quantity"] == LOOK else ""
 
 
 def _some(names: list[str]) -> str:
@@ -167,15 +185,16 @@ def _put_back(obj: bpy.types.Object, mesh: bpy.types.Mesh, copy: bpy.types.Mesh)
     bpy.data.meshes.remove(copy)
 
 
-def _write(entry: MeshColours, attribute: str, domain: str, undo: ExitStack) -> None:
-    obj, rgb, mesh = entry.object, entry.layers[attribute], entry.object.data
+def _write(obj: bpy.types.Object, attribute: str, rgb: np.ndarray, kind: tuple[str, str], undo: ExitStack) -> None:
+    """Write to the attribute, whose ``kind`` is its type and domain."""
+    mesh = obj.data
     layers = mesh.attributes
     shown = (layers.active_color_name, layers.default_color_name)
     undo.callback(_show, mesh, *shown)
     layer = layers.get(attribute)
     rgba = np.ones((len(rgb), 4), np.float32)
     if layer is None:
-        layer = layers.new(attribute, entry.type, domain)
+        layer = layers.new(attribute, *kind)
         name = layer.name if layer else None
         if name is not None:
             undo.callback(_remove_layer, mesh, name)

@@ -35,7 +35,7 @@ def test_an_exposure_multiplies_by_powers_of_two(floors):
     np.testing.assert_allclose(colours("near")[:, :3], light / 8, rtol=1e-6)
     assert report.brightness.scale == 1 / 8 and report.brightness.above == 0
     assert light_of(floors[0].data, "irradiance") == {"quantity": "lighting", "scale": 1 / 8}
-    assert "-3.00 stops" in report.brightest()
+    assert "-3.00 stops" in report.brightness.sentence()
 
 
 def test_bright_colours_are_counted_kept_or_cut(floors):

@@ -51,5 +51,6 @@ def unregister_handlers() -> None:
     """Stop following, and cancel a running bake."""
     session.cancel_running("The bake was cancelled because the add-on was switched off.")
     session.forget()
+    forget_unsaved()
     for handlers, handler in _pairs():
         handlers.remove(handler)

@@ -5,7 +5,6 @@ from contextlib import suppress
 
 import bpy
 
-from ..materials.use_light import materials_with_light
 from ..writing.baked_layers import holds_light, look_of
 from .properties import attribute_name
 
@@ -13,13 +12,9 @@ from .properties import attribute_name
 _before: dict[int, dict[str, str]] = {}
 _undone: set[int] = set()
 
-#: light alone, and light in materials
-_FLAT = {"type": "SOLID", "color_type": "VERTEX", "light": "FLAT"}
-_MATERIAL = {"type": "MATERIAL"}
-
 
 class DETP_OT_show(bpy.types.Operator):
-    """Show the baked light in this viewport: in the materials that use it, else flat colours; press again to go back"""
+    """Show the baked light in this viewport as flat colors; press again to go back"""
 
     bl_idname = "detp.show"
     bl_label = "Show Baked Light"
@@ -31,15 +26,15 @@ class DETP_OT_show(bpy.types.Operator):
         if context.space_data is None or context.space_data.type != "VIEW_3D":
             return False
         if not has_light(context.scene):
-            cls.poll_message_set("No mesh has baked light in the attribute of the panel: bake it first")
+            cls.poll_message_set("No mesh has colors in the attribute of the panel: bake it first")
             return False
         return True
 
     def execute(self, context):
-        """Change the shading, or put back what it was before."""
-        if not is_shown(context.area, context.scene):
+        """Solid shading, vertex colours, flat light, or back to what it was before."""
+        if not shows_light(context.area):
             _choose_layers(context.scene)
-        switch(context.area, context.scene)
+        _switch(context.area)
         return {"FINISHED"}
 
 
@@ -50,37 +45,17 @@ def has_light(scene: bpy.types.Scene) -> bool:
 
 def show_while(context) -> Callable[[], None]:
     """Show the light in the viewport of ``context`` while it is baked; returns what takes the viewport back."""
-    area, scene = context.area, context.scene
-    if area is None or area.type != "VIEW_3D" or is_shown(area, scene):
+    area = context.area
+    if area is None or area.type != "VIEW_3D" or shows_light(area):
         return lambda: None
-    switch(area, scene)
+    _switch(area)
 
     def take_back() -> None:
         with suppress(ReferenceError):
-            if area.type == "VIEW_3D" and area.as_pointer() in _before:
-                switch(area, scene)
+            if area.type == "VIEW_3D" and shows_light(area):
+                _switch(area)
 
     return take_back
-
-
-def switch(area: bpy.types.Area, scene: bpy.types.Scene) -> None:
-    """Show the light in a viewport, or put back what it showed before."""
-    key, shading = area.as_pointer(), area.spaces.active.shading
-    if is_shown(area, scene):
-        wanted = _before.pop(key, {"color_type": "MATERIAL", "light": "STUDIO"})
-    else:
-        _before.setdefault(key, {name: getattr(shading, name) for name in ("color_type", "light", "type")})
-        wanted = _wanted(scene)
-    # Colours and light belong to the type that is shown.
-    for name in sorted(wanted, key="type".__ne__):
-        with suppress(TypeError):
-            setattr(shading, name, wanted[name])
-
-
-def is_shown(area: bpy.types.Area, scene: bpy.types.Scene) -> bool:
-    """Whether a viewport shows the light of the scene."""
-    shading = area.spaces.active.shading
-    return all(getattr(shading, name) == value for name, value in _wanted(scene).items())
 
 
 def follow_undo() -> None:
@@ -89,18 +64,21 @@ def follow_undo() -> None:
     if scene is None or not hasattr(scene, "detp"):
         return
     lit = has_light(scene)
-    for window in bpy.context.window_manager.windows:
-        for area in window.screen.areas:
-            key = area.as_pointer()
-            if area.type != "VIEW_3D":
-                continue
-            if not lit and key in _before and is_shown(area, scene):
-                _undone.add(key)
-                switch(area, scene)
-            elif lit and key in _undone:
-                _undone.discard(key)
-                if not is_shown(area, scene):
-                    switch(area, scene)
+    for area in (area for window in bpy.context.window_manager.windows for area in window.screen.areas):
+        key = area.as_pointer()
+        if area.type == "VIEW_3D" and not lit and key in _before and shows_light(area):
+            _undone.add(key)
+            _switch(area)
+        elif area.type == "VIEW_3D" and lit and key in _undone:
+            _undone.discard(key)
+            if not shows_light(area):
+                _switch(area)
+
+
+def shows_light(area: bpy.types.Area) -> bool:
+    """Whether a viewport shows the colour attributes unlit."""
+    shading = area.spaces.active.shading
+    return (shading.type, shading.color_type, shading.light) == ("SOLID", "VERTEX", "FLAT")
 
 
 def draw_in_shading(self, context) -> None:
@@ -111,11 +89,19 @@ def draw_in_shading(self, context) -> None:
 
 def draw_show(layout: bpy.types.UILayout, context) -> None:
     """The button itself, pressed while the light is shown."""
-    layout.operator("detp.show", icon="SHADING_SOLID", depress=is_shown(context.area, context.scene))
+    layout.operator("detp.show", icon="SHADING_SOLID", depress=shows_light(context.area))
 
 
-def _wanted(scene: bpy.types.Scene) -> dict[str, str]:
-    return _MATERIAL if any(True for _ in materials_with_light(scene.objects)) else _FLAT
+def _switch(area: bpy.types.Area) -> None:
+    shading = area.spaces.active.shading
+    key = area.as_pointer()
+    if shows_light(area):
+        wanted = _before.pop(key, {"color_type": "MATERIAL", "light": "STUDIO"})
+    else:
+        _before[key] = {name: getattr(shading, name) for name in ("color_type", "light", "type")}
+        wanted = {"type": "SOLID", "color_type": "VERTEX", "light": "FLAT"}
+    for name, value in wanted.items():
+        setattr(shading, name, value)
 
 
 def _lit_meshes(scene: bpy.types.Scene) -> Iterator[bpy.types.Mesh]:

@@ -10,7 +10,6 @@ from ..report import counted
 from ..writing.encoding import fit_stored
 from . import session
 from .properties import attribute_name
-from .show_light import has_light, is_shown, switch
 
 
 class _Idle:
@@ -53,8 +52,7 @@ class DETP_OT_use_in_material(_Idle, bpy.types.Operator):
             return {"CANCELLED"}
         for note in use.notes:
             self.report({"WARNING"}, escaped(note))
-        self.report({"INFO"}, escaped(use.sentence()))
-        _show(context)
+        self.report({"INFO"}, f"{use.sentence()} Material Preview, renders and glTF exports show it.")
         return {"FINISHED"}
 
 
@@ -67,13 +65,8 @@ class DETP_OT_remove_from_material(_Idle, bpy.types.Operator):
 
     def execute(self, context):
         """The light itself stays in its attribute."""
-        shown = context.area is not None and context.area.type == "VIEW_3D" and is_shown(context.area, context.scene)
-        if shown:
-            switch(context.area, context.scene)
         count = remove_from_materials(context.scene.objects)
         self.report({"INFO"}, f"Removed the light from {counted(count, 'material')}.")
-        if shown:
-            _show(context)
         return {"FINISHED"}
 
 
@@ -104,13 +97,6 @@ def draw_use(layout: bpy.types.UILayout, context) -> None:
     row.operator("detp.use_in_material", icon="MATERIAL")
     if any(True for _ in materials_with_light(context.scene.objects)):
         row.operator("detp.remove_from_material", text="", icon="X")
-
-
-def _show(context) -> None:
-    """Let the viewport show what the materials make of the light."""
-    area = context.area
-    if area is not None and area.type == "VIEW_3D" and has_light(context.scene) and not is_shown(area, context.scene):
-        switch(area, context.scene)
 
 
 CLASSES = (DETP_OT_use_in_material, DETP_OT_remove_from_material, DETP_OT_fit_exposure)

@@ -189,7 +189,7 @@ def try_another_file():
     yield 0.5
     assert running.outcome.status == "CANCELLED" and "file" in running.outcome.message, running.outcome
     assert session().latest() is None
-    yield from user.show_sidebar("DETP")
+    yield from user.show_sidebar("Light Bake")
     set_up()
     yield from start_a_bake()
     yield from user.key("ESC")
@@ -266,7 +266,7 @@ def main():
     os.makedirs(FOLDER, exist_ok=True)
     set_up()
     bpy.ops.ed.undo_push(message="Set-up")
-    yield from user.show_sidebar("DETP")
+    yield from user.show_sidebar("Light Bake")
     yield from picture("panel")
     for name in REST[1:] or TRIES:
         print(f"Trying {name}", flush=True)

@@ -189,9 +189,9 @@ def _unlit(tree, output, attribute: str, quantity: str) -> bool:
         return False
     emission = marked(tree, "ShaderNodeEmission")
     emission.inputs["Strength"].default_value = 1.0 / math.pi if quantity == "irradiance" else 1.0
-    light = _light(tree, attribute)
-    if quantity != "shaded":
-        light = _mixed(tree, "MULTIPLY", 1.0, light, surface.colour)
+    # The exporter of Blender 4.2 finds an attribute only where it is multiplied by something.
+    colour = (1.0, 1.0, 1.0, 1.0) if quantity == "shaded" else surface.colour
+    light = _mixed(tree, "MULTIPLY", 1.0, _light(tree, attribute), colour)
     _put(light, emission.inputs["Color"])
     seen = marked(tree, "ShaderNodeMixShader", "Shader")
     _put(marked(tree, "ShaderNodeLightPath").outputs["Is Camera Ray"], find_input(seen, "Fac"))

@@ -3,15 +3,15 @@
 import bpy
 import numpy as np
 import pytest
-from detp.core.errors import AttributeNameTakenError, InvalidSettingError
+from detp.core.errors import AttributeNameTakenError, InvalidSettingError, NotBakedError
 from detp.core.settings import BakeSettings
 from detp.detp_addon.command.command import main
 from detp.detp_addon.job import BakeRequest, bake_scene
 from detp.detp_addon.steps import finished
 from detp.detp_addon.writing.baked_layers import light_of
-from detp.detp_addon.writing.encoding import Encoding, encoded, fitted_scale
+from detp.detp_addon.writing.encoding import Encoding, encoded, fit_stored, fitted_scale
 from detp.detp_addon.writing.write_attributes import MeshColours, write_colours
-from made_scenes import fresh, quad, read, world
+from made_scenes import diffuse, fresh, quad, read, world
 from small_scenes import colours, opened, saved
 
 
@@ -84,6 +84,33 @@ def test_a_layer_of_another_type_is_not_replaced(floors):
     bake()
     with pytest.raises(AttributeNameTakenError, match="BYTE_COLOR"):
         bake(storage="byte")
+
+
+def test_the_look_is_colour_times_light_fitted_and_no_paint():
+    fresh()
+    world((4, 4, 4))
+    floor = quad("floor")
+    floor.data.materials.append(diffuse((0.8, 0.4, 0.2)))
+    request = BakeRequest(BakeSettings(error=0.5, indirect="off"), look=True)
+    for _ in range(2):
+        assert finished(bake_scene(bpy.context.scene, bpy.context.view_layer, request)).warnings == ()
+        seen, light = colours("floor", "irradiance_look")[:, :3], colours("floor")[:, :3]
+        np.testing.assert_allclose(seen / seen.max(), light / light.max() * (1, 0.5, 0.25), atol=0.01)
+        assert seen.max() == 1 and light.min() > 1
+        layers = floor.data.attributes
+        assert (layers.active_color_name, layers.default_color_name) == ("irradiance_look", "irradiance")
+
+
+def test_stored_light_can_be_fitted_later(floors):
+    bake()
+    light = colours("near")[:, :3]
+    brightness = fit_stored(bpy.context.scene.objects, "irradiance")
+    assert brightness.above == 0 and brightness.colours == 8
+    np.testing.assert_allclose(colours("near")[:, :3], light * brightness.scale, rtol=1e-6)
+    assert light_of(floors[0].data, "irradiance")["scale"] == brightness.scale
+    assert fit_stored(bpy.context.scene.objects, "irradiance").scale == pytest.approx(brightness.scale)
+    with pytest.raises(NotBakedError):
+        fit_stored(bpy.context.scene.objects, "night")
 
 
 def test_light_in_bytes_is_looked_through():

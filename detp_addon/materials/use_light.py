@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
+from functools import partial
 
 import bpy
 import numpy as np
@@ -177,12 +178,9 @@ def _inputs(tree: bpy.types.NodeTree) -> list[bpy.types.NodeSocket]:
 def _unlit(tree, output, attribute: str, quantity: str) -> bool:
     """Show the camera what the light makes of the surface; False when that cannot be told, or it glows by itself."""
 
-    def mixed(factor: Value, first: Value, second: Value) -> Value:
-        return _mixed(tree, "MIX", factor, first, second)
-
     surface_input = output.inputs["Surface"]
     try:
-        surface = surface_of(feed_of(surface_input, ()), mixed)
+        surface = surface_of(feed_of(surface_input, ()), partial(_mixed, tree, "MIX"))
     except UnknownSurfaceError:
         surface = Surface(None)
     if quantity != "shaded" and (surface.colour is None or surface.glows):

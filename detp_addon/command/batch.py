@@ -139,16 +139,15 @@ def _bake_file(job: SceneJob, batch: Batch, display: ProgressDisplay, entries: l
         spent = 0.0
     if not reports:
         raise refusals[0][1]
-    uses = []
+    used = None
     if batch.use_in_material is not None:
         objects = [obj for scene, _ in reports for obj in scene.objects]
         with blender_silenced():
-            use = use_in_materials(objects, batch.request.attribute, batch.use_in_material)
-        uses = [use.sentence(), *use.notes]
+            used = use_in_materials(objects, batch.request.attribute, batch.use_in_material)
     with blender_silenced():
         save_blend(job.output, compressed)
     notes = [f"The scene '{name}' was not baked: {error}" for name, error in refusals]
-    notes = (*opening, *notes, *shared_objects([scene for scene, _ in reports]))
+    notes = (*opening, *notes, *shared_objects([scene for scene, _ in reports]), *(used.notes if used else ()))
     display.end()
     for report in reports.values():
         warnings, notes = (*notes, *report.warnings), ()
@@ -157,8 +156,8 @@ def _bake_file(job: SceneJob, batch: Batch, display: ProgressDisplay, entries: l
         for line in (where + report.headline(), *report.details()):
             display.line(line)
         entries.append(report.as_json())
-    for line in uses:
-        display.line(line)
+    if used is not None:
+        display.line(used.sentence())
     display.line(f"Saved {job.output}")
     return list(reports)
 

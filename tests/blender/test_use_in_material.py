@@ -106,15 +106,16 @@ def bake(**options):
     return finished(bake_scene(bpy.context.scene, bpy.context.view_layer, request))
 
 
-def light_up(*names, quantity="lighting", even=False):
-    """What a bake leaves, with random light at each corner, or the same at all."""
+def light_up(*names, quantity="lighting", even=False, look=False):
+    """What a bake leaves, with random light at each corner, or the same at all, and a look for the viewport."""
     objects = [bpy.data.objects[name] for name in names or ("low", "high")]
     rng = np.random.default_rng(1)
     light = [rng.uniform(0.1, 1.0, (len(obj.data.loops), 3)) for obj in objects]
     if even:
         light = [np.tile(rgb[:1], (len(rgb), 1)) for rgb in light]
     entries = [
-        MeshColours(obj, {"irradiance": rgb}, {"quantity": quantity}) for obj, rgb in zip(objects, light, strict=True)
+        MeshColours(obj, {"irradiance": rgb}, {"quantity": quantity}, look=rgb / 2 if look else None)
+        for obj, rgb in zip(objects, light, strict=True)
     ]
     write_colours(entries, "CORNER", "irradiance")
 
@@ -218,7 +219,7 @@ def test_colours_above_one_arrive_uncut_and_their_scale_in_the_extras(tmp_path):
 def test_meshes_without_material_export_their_light_by_themselves(tmp_path):
     room(plain)
     cube("bare", location=(5, 0, 0))
-    light_up("low", "bare")
+    light_up("low", "bare", look=True)
     assert any("'bare'" in note for note in use().notes)
     exported_colours = exported(tmp_path).corners("bare", "COLOR_0")[1]
     assert exported_colours[:, :3].max() == pytest.approx(colours("bare")[:, :3].max(), abs=1e-4)

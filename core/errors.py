@@ -32,6 +32,10 @@ class ObjectNotFoundError(DetpError):
     """A named object does not exist, or is not a mesh that a render shows."""
 
 
+class NotBakedError(DetpError):
+    """The meshes have no light yet, where some is to be used."""
+
+
 class EditModeError(DetpError):
     """A mesh is open in Edit Mode, where its data cannot be read or written."""
 

@@ -7,16 +7,17 @@ _command = None
 
 
 def register() -> None:
-    """Add properties, operators, the panel, the handlers and ``blender --command detp``."""
+    """Add properties, operators, the panels, the handlers and ``blender --command detp``."""
     global _command
     import bpy
 
     from .command import command
-    from .panel import handlers, operators, panel, properties, show_light
+    from .panel import handlers, properties, show_light
 
     properties.register_properties()
-    for cls in (*operators.CLASSES, *show_light.CLASSES, *panel.CLASSES):
+    for cls in _classes():
         bpy.utils.register_class(cls)
+    bpy.types.VIEW3D_PT_shading.append(show_light.draw_in_shading)
     handlers.register_handlers()
     _command = command.register_command()
 
@@ -26,10 +27,18 @@ def unregister() -> None:
     import bpy
 
     from .command import command
-    from .panel import handlers, operators, panel, properties, show_light
+    from .panel import handlers, properties, show_light
 
     command.unregister_command(_command)
     handlers.unregister_handlers()
-    for cls in reversed((*operators.CLASSES, *show_light.CLASSES, *panel.CLASSES)):
+    bpy.types.VIEW3D_PT_shading.remove(show_light.draw_in_shading)
+    for cls in reversed(_classes()):
         bpy.utils.unregister_class(cls)
     properties.unregister_properties()
+
+
+def _classes() -> tuple[type, ...]:
+    """The operators and panels in the order in which Blender wants them."""
+    from .panel import operators, panel, result_panel, show_light, use_light
+
+    return tuple(cls for part in (operators, show_light, use_light, panel, result_panel) for cls in part.CLASSES)

@@ -29,7 +29,9 @@ from .chosen_objects import chosen_objects, objects_by_name
 from .chosen_views import not_baked
 from .reading.read_scene import FITS, BakeTarget, ExportedScene, read_scene
 from .report import BakeReport, counted
+from .writing.baked_layers import look_of
 from .writing.element_values import QUANTITIES, quantity_values, spread
+from .writing.encoding import Encoding, encoded, fitted_scale, usual_scale
 from .writing.live_colours import LiveColours
 from .writing.lossy_faces import LossyFaces
 from .writing.write_attributes import (
@@ -66,6 +68,8 @@ class BakeRequest:
     quantity   one of element_values.QUANTITIES
     split      direct and indirect light also in attributes of their own, <attribute>_direct and <attribute>_indirect
     activate   make the attribute the one that viewport and render show
+    encoding   how the light becomes the attribute's numbers
+    look       beside it, a layer with what the surfaces look like in the light, which the viewport shows
 
     Raises InvalidSettingError on anything else.
     """
@@ -78,6 +82,8 @@ class BakeRequest:
     quantity: str = "lighting"
     split: bool = False
     activate: bool = True
+    encoding: Encoding = field(default_factory=Encoding)
+    look: bool = False
 
     def __post_init__(self):
         for name in self.attributes:
@@ -160,6 +166,7 @@ def _steps(
     check_baking(len(export.scene.triangles), len(points.centres))
     exported = time.perf_counter()
 
+    scales = _usual_scales(scene, targets, request)
     found, stopped = None, False
     with live or nullcontext():
         for progress in _bake_steps(scene, export, points, request, start):
@@ -167,7 +174,8 @@ def _steps(
             shown = progress.found is not None and live is not None and live.due
             if shown:
                 begin = time.perf_counter()
-                live.show(_colours(targets, _values(points, found), request)[0], begin)
+                colours, _ = _colours(targets, _values(points, found), request, scales[1])
+                live.show(encoded(colours, request.encoding, request.quantity, scales[0])[0], begin)
             wish = yield _job_progress(progress, found, time.perf_counter() - exported, shown)
             stopped = stopped or bool(wish)
             if stopped and found is not None:
@@ -177,10 +185,11 @@ def _steps(
     yield JobProgress("Writing the colours", 1.0)
     writing = time.perf_counter()
     values = _values(points, result)
-    colours, gone = _colours(targets, values, request)
+    colours, gone = _colours(targets, values, request, scales[1])
     lossy = _lossy_faces(export, points, values, result)
     turned = _turned_away(targets, export.scene, points, result) if request.quantity != "ambient-occlusion" else []
-    notes = write_colours(colours, request.domain, request.attribute if request.activate else None)
+    stored, brightness = encoded(colours, request.encoding, request.quantity, scales[0])
+    notes = write_colours(stored, request.domain, request.attribute if request.activate else None)
     end = time.perf_counter()
     doubts = _doubts(result, request.settings, stopped, export.scene.vertices)
     return BakeReport(
@@ -206,6 +215,7 @@ def _steps(
         },
         relative_error=result.relative_error,
         high_error=result.high_error,
+        brightness=brightness,
         lossy_faces=lossy,
         modelled=tuple(export.modelled),
         left_out=tuple(export.left_out),
@@ -232,7 +242,19 @@ def _writable(targets: tuple[BakeTarget, ...], request: BakeRequest) -> tuple[li
 
 def _obstacle(obj: bpy.types.Object, request: BakeRequest) -> DetpError | None:
     """Why one of the attributes cannot be written, or None when all can."""
-    return next(filter(None, (obstacle(obj, name, request.domain) for name in request.attributes)), None)
+    kind = request.encoding.type
+    return next(filter(None, (obstacle(obj, name, request.domain, kind) for name in request.attributes)), None)
+
+
+def _usual_scales(
+    scene: bpy.types.Scene, targets: list[BakeTarget], request: BakeRequest
+) -> tuple[float | None, float | None]:
+    """What light and look of the scene's other meshes were multiplied by: a part must be as bright as the rest."""
+    if request.targets == "visible":
+        return None, None
+    objects = objects_by_name()
+    written = [objects[each.object_name, each.library] for each in targets]
+    return tuple(usual_scale(scene, name, written) for name in (request.attribute, look_of(request.attribute)))
 
 
 def _first(sentences: list[str], shown: int = 3) -> list[str]:
@@ -381,9 +403,14 @@ def _turned_away(targets: list[BakeTarget], scene: Scene, points: _Points, resul
     return [turned_away(names)] if names else []
 
 
-def _colours(targets: list[BakeTarget], light: _Values, request: BakeRequest) -> tuple[list[MeshColours], list[str]]:
-    """The colours of each target's elements, and a warning for each target that changed during the bake."""
-    colours, gone, objects = [], [], objects_by_name()
+def _colours(
+    targets: list[BakeTarget], light: _Values, request: BakeRequest, look_scale: float | None
+) -> tuple[list[MeshColours], list[str]]:
+    """The colours of each target's elements, and a warning for each target that changed during the bake.
+
+    A ``look_scale`` of None fits the look to the light that surfaces reflect.
+    """
+    colours, gone, objects, reflected = [], [], objects_by_name(), []
     parts = light.irradiance, light.direct, light.indirect
     for target in targets:
         obj = objects.get((target.object_name, target.library))
@@ -394,17 +421,27 @@ def _colours(targets: list[BakeTarget], light: _Values, request: BakeRequest) ->
         if refusal is not None:
             gone.append(str(refusal))
             continue
-        faces = faces_of(obj.data, request.domain)
-        layers = {}
+        faces, layers, look = faces_of(obj.data, request.domain), {}, None
         for name, irradiance in zip(request.attributes, parts, strict=False):
             # What a surface emits is part of its direct light, and of the whole.
             emission = np.zeros_like(target.emission) if irradiance is parts[2] else target.emission
             values = spread(irradiance, _known_rows(target, light.known), faces)
             layers[name] = quantity_values(request.quantity, values, target.albedo, emission)
-        colours.append(MeshColours(obj, layers))
+            if irradiance is parts[0] and _looks(request):
+                reflected.append(quantity_values("shaded", values, target.albedo, np.zeros_like(target.emission)))
+                look = reflected[-1] + target.emission
+        colours.append(MeshColours(obj, layers, look=look))
     if not colours:
         raise UnwritableFileError("Every object was changed during the bake, so no colours were written: bake again.")
+    if reflected:
+        scale = look_scale or fitted_scale(reflected)
+        colours = [replace(entry, look=np.clip(entry.look * scale, 0, 1), look_scale=scale) for entry in colours]
     return colours, gone
+
+
+def _looks(request: BakeRequest) -> bool:
+    """Whether a layer for the look is wanted, and shows more than the light itself."""
+    return request.look and request.activate and request.quantity in ("lighting", "irradiance")
 
 
 def _doubts(result: BakeResult, settings: BakeSettings, stopped: bool, vertices: np.ndarray) -> list[str]:

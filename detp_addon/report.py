@@ -14,6 +14,29 @@ STAGES = ("export", "shadow", "trace", "gather", "write")
 
 
 @dataclass(frozen=True)
+class Brightness:
+    """The ``scale`` by which the light was multiplied, and how many of all ``colours`` are ``above`` 1 after that."""
+
+    scale: float = 1.0
+    above: int = 0
+    colours: int = 0
+
+    @property
+    def stops(self) -> float:
+        """The exposure that ``scale`` is."""
+        return math.log2(self.scale)
+
+    def sentence(self) -> str:
+        """One line for people: the exposure, and how much of the light is above 1; "" when there is nothing to say."""
+        exposed = f"Exposed by {self.stops:+.2f} stops" if self.scale != 1.0 else ""
+        if not self.above:
+            return f"{exposed}: no colour is above 1." if exposed else ""
+        share = _percent(self.above / self.colours)
+        above = f"{counted(self.above, 'colour')} ({share}) are above 1, where many formats and engines cut"
+        return f"{exposed}: {above}." if exposed else f"{above}: choose an exposure, or let it fit."
+
+
+@dataclass(frozen=True)
 class BakeReport:
     """What one bake did.
 
@@ -26,6 +49,7 @@ class BakeReport:
     seconds         of each of STAGES, and their total
     relative_error  estimated: the share by which half of the lit points are off at most; NaN when all are dark
     high_error      the same for nine tenths of the points, beside the light that is usual where they are next to dark
+    brightness      by what the light was multiplied, and how many colours are above 1
     lossy_faces     those that show light wrong between their vertices
     modelled        features of the scene that were found and needed; ``left_out`` those that were not honoured
     warnings        one sentence each
@@ -48,6 +72,7 @@ class BakeReport:
     seconds: dict[str, float]
     relative_error: float
     high_error: float = math.nan
+    brightness: Brightness = field(default_factory=Brightness)
     lossy_faces: LossyFaces = field(default_factory=LossyFaces)
     modelled: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
@@ -59,7 +84,8 @@ class BakeReport:
     def as_json(self) -> dict:
         """The report as values that JSON knows; an error that does not exist becomes null."""
         entry = {each.name: getattr(self, each.name) for each in fields(self)}
-        lossy = entry.pop("lossy_faces")
+        lossy, brightness = entry.pop("lossy_faces"), entry.pop("brightness")
+        entry |= {"scale": brightness.scale, "colours": brightness.colours, "above_one": brightness.above}
         entry["faces_lost"] = lossy.whole
         entry["wrong_faces"] = {name: len(faces) for (name, _), faces in lossy.wrong.items()}
         order = ("scene", "output", *(name for name in entry if name not in ("scene", "output")))
@@ -97,6 +123,8 @@ class BakeReport:
             lines.append("Left out: " + ", ".join(self.left_out) + ".")
         if math.isfinite(self.lossy_faces.whole):
             lines.append(self.faces())
+        if self.brightness.sentence():
+            lines.append(self.brightness.sentence())
         if self.filled:
             lines.append(f"Filled from neighbours: {counted(self.filled, 'element')}.")
         return lines + [f"Warning: {warning}" for warning in self.warnings]

@@ -31,6 +31,14 @@ def triangles() -> int:
     return total
 
 
+def look_through_the_camera() -> None:
+    """Let every 3D View of the file start in its camera, in which the scene can be made out."""
+    for screen in bpy.data.screens:
+        for area in screen.areas:
+            if area.type == "VIEW_3D":
+                area.spaces.active.region_3d.view_perspective = "CAMERA"
+
+
 def main() -> None:
     """Make the named scenes, or all of them."""
     parser = argparse.ArgumentParser(description="Make the sample scenes.")
@@ -43,6 +51,7 @@ def main() -> None:
     bpy.context.preferences.filepaths.save_version = 0
     for name in arguments.names or SAMPLES:
         SAMPLES[name]()
+        look_through_the_camera()
         path = arguments.folder.resolve() / f"{name}.blend"
         bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=True, check_existing=False)
         print(f"{name}: {triangles()} triangles, {path.stat().st_size / 1e6:.2f} MB", flush=True)

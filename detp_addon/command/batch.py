@@ -19,6 +19,7 @@ from ..chosen_views import View, ViewChoice, chosen_views, shared_objects
 from ..files.open_files import check_readable, is_compressed, open_blend
 from ..files.write_files import check_writable, replace_file, save_blend, write_text
 from ..job import BakeRequest, bake_scene
+from ..materials.use_light import use_in_materials
 from ..preview.render_preview import render_preview
 from ..report import BakeReport, to_json
 from ..writing.face_division import divide_faces, division_note
@@ -48,6 +49,7 @@ class Batch:
     views: ViewChoice = field(default_factory=ViewChoice)
     apply_modifiers: bool = False
     subdivide: int = 0
+    use_in_material: str | None = None
 
 
 def bake_batch(batch: Batch) -> int:
@@ -137,10 +139,15 @@ def _bake_file(job: SceneJob, batch: Batch, display: ProgressDisplay, entries: l
         spent = 0.0
     if not reports:
         raise refusals[0][1]
+    used = None
+    if batch.use_in_material is not None:
+        objects = [obj for scene, _ in reports for obj in scene.objects]
+        with blender_silenced():
+            used = use_in_materials(objects, batch.request.attribute, batch.use_in_material)
     with blender_silenced():
         save_blend(job.output, compressed)
     notes = [f"The scene '{name}' was not baked: {error}" for name, error in refusals]
-    notes = (*opening, *notes, *shared_objects([scene for scene, _ in reports]))
+    notes = (*opening, *notes, *shared_objects([scene for scene, _ in reports]), *(used.notes if used else ()))
     display.end()
     for report in reports.values():
         warnings, notes = (*notes, *report.warnings), ()
@@ -149,6 +156,8 @@ def _bake_file(job: SceneJob, batch: Batch, display: ProgressDisplay, entries: l
         for line in (where + report.headline(), *report.details()):
             display.line(line)
         entries.append(report.as_json())
+    if used is not None:
+        display.line(used.sentence())
     display.line(f"Saved {job.output}")
     return list(reports)
 

@@ -139,6 +139,21 @@ def _add_bake(commands) -> None:
         help="make the colours those that viewport and renders show; off: these stay as they are (default: on)",
     )  # fmt: skip
     bake.add_argument(
+        "--exposure", type=_stops, default=0.0, metavar="STOPS|fit",
+        help="store the light times 2^STOPS; fit: so that 99 %% of a scene's lit colours are 1 or less (default: 0)",
+    )  # fmt: skip
+    bake.add_argument("--clamp", action="store_true", help="cut colours at 1, as many formats and engines do")
+    bake.add_argument(
+        "--storage", choices=("float", "byte"), default="float",
+        help="float: 32 bits a channel; byte: 8, in sRGB encoding and cut at 1 (default: float)",
+    )  # fmt: skip
+    bake.add_argument(
+        "--use-in-material", nargs="?", const="auto", choices=("auto", "unlit", "base-color"), metavar="WAY",
+        help="put the light into the materials, so that renders show it and glTF exports carry it; unlit: no lamp adds "
+        "to it; base-color: it multiplies the base colour; auto: base-color for ambient occlusion, else unlit "
+        "(default: auto)",
+    )  # fmt: skip
+    bake.add_argument(
         "--ao-distance", type=float, metavar="METRES",
         help="ambient occlusion: how near a surface must be to occlude (default: a fifth of the scene's radius)",
     )  # fmt: skip
@@ -188,6 +203,14 @@ def _share(text: str) -> float:
         raise argparse.ArgumentTypeError(f"'{text}' is no error: say 5% or 0.05") from None
 
 
+def _stops(text: str) -> float | None:
+    """``-2``, ``1.5``, or ``fit``, which is None."""
+    try:
+        return None if text.strip().lower() == "fit" else float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is no exposure: say a number of stops such as -2, or fit") from None
+
+
 def _seconds(text: str) -> float:
     """``90``, ``90s``, ``1.5m`` or ``1h``."""
     units = {"s": 1.0, "m": 60.0, "h": 3600.0}
@@ -225,6 +248,7 @@ def _bake(arguments: argparse.Namespace) -> int:
     with blender_silenced():
         from ..chosen_views import ViewChoice
         from ..job import BakeRequest
+        from ..writing.encoding import Encoding
         from .batch import Batch, SceneJob, bake_batch
 
     request = BakeRequest(
@@ -236,15 +260,14 @@ def _bake(arguments: argparse.Namespace) -> int:
         quantity=arguments.quantity,
         split=arguments.split,
         activate=arguments.activate == "on",
+        encoding=Encoding(arguments.exposure, arguments.clamp, arguments.storage),
     )
     if arguments.subdivide and (arguments.fit != "faces" or arguments.subdivide < 0):
         raise InvalidSettingError("Only colours fitted to faces tell which to subdivide, and 0 times or more.")
     jobs = tuple(SceneJob(*paths) for paths in zip(scenes, outputs, previews, strict=True))
     views = ViewChoice(arguments.scene, arguments.view_layer, arguments.all_scenes)
-    return (
-        FAILED
-        if bake_batch(
-            Batch(jobs, request, report, arguments.quiet, views, arguments.apply_modifiers, arguments.subdivide)
-        )
-        else DONE
-    )
+    batch = Batch(
+        jobs, request, report, arguments.quiet, views, arguments.apply_modifiers, arguments.subdivide,
+        arguments.use_in_material,
+    )  # fmt: skip
+    return FAILED if bake_batch(batch) else DONE

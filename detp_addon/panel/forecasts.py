@@ -4,39 +4,39 @@ from __future__ import annotations
 
 import bpy
 
-from ...core.errors import DetpError
 from ...core.forecast import Forecast, forecast
-from ..report import BakeReport
-from .properties import bake_request, scene_options
+from ..job import BakeRequest
 
-#: measured over predicted seconds of the last bake of a scene, by the scene's name
-_factors: dict[str, float] = {}
-
-
-def forecast_of(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Forecast | None:
-    """What baking the scene with its present settings is likely to take; None when there is nothing to bake."""
-    points = _points(scene, view_layer)
-    if points == 0:
-        return None
-    try:
-        request = bake_request(scene_options(scene.detp))
-    except DetpError:
-        return None
-    return forecast(points, request.settings, _factors.get(scene.name, 1.0))
+#: measured over predicted seconds of the last whole bake of a scene, by its file and name
+_factors: dict[tuple[str, str], float] = {}
 
 
-def remember(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, report: BakeReport) -> None:
-    """Correct the forecasts of this scene by what a finished bake took."""
-    request = bake_request(scene_options(scene.detp))
-    plain = forecast(_points(scene, view_layer), request.settings)
+def forecast_of(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, request: BakeRequest) -> Forecast | None:
+    """What baking the scene as ``request`` says is likely to take; None when there is nothing to bake."""
+    points = _points(view_layer, request)
+    return forecast(points, request.settings, _factors.get(_key(scene), 1.0)) if points else None
+
+
+def remember(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, request: BakeRequest, seconds: float) -> None:
+    """Correct the forecasts of this scene by the ``seconds`` that ``request`` took; it must have come to its end."""
+    plain = forecast(_points(view_layer, request), request.settings)
     if request.settings.seconds is None and plain.seconds > 0:
-        _factors[scene.name] = report.seconds["total"] / plain.seconds
+        _factors[_key(scene)] = seconds / plain.seconds
 
 
-def _points(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> int:
+def forget_unsaved() -> None:
+    """Drop what is known of files without a name: the next such file is another one."""
+    for key in [key for key in _factors if not key[0]]:
+        del _factors[key]
+
+
+def _key(scene: bpy.types.Scene) -> tuple[str, str]:
+    return bpy.data.filepath, scene.name
+
+
+def _points(view_layer: bpy.types.ViewLayer, request: BakeRequest) -> int:
     """About how many points the settings ask for: corners or vertices of the meshes that will be baked."""
-    settings = scene.detp
     objects = [obj for obj in view_layer.objects if obj.type == "MESH" and not obj.hide_render]
-    if settings.targets == "SELECTED":
+    if request.targets == "selected":
         objects = [obj for obj in objects if obj.select_get(view_layer=view_layer)]
     return sum(len(obj.data.loops) for obj in objects)

@@ -4,6 +4,8 @@ import bpy
 from bpy.app.handlers import persistent
 
 from . import session
+from .forecasts import forget_unsaved
+from .show_light import follow_undo
 
 
 @persistent
@@ -14,11 +16,17 @@ def _before_load(*_args):
 @persistent
 def _after_load(*_args):
     session.forget()
+    forget_unsaved()
 
 
 @persistent
 def _before_undo(*_args):
     session.cancel_running("The bake was cancelled by an undo, which may change what it has read.")
+
+
+@persistent
+def _after_undo(*_args):
+    follow_undo()
 
 
 def _pairs():
@@ -28,6 +36,8 @@ def _pairs():
         (handlers.load_post, _after_load),
         (handlers.undo_pre, _before_undo),
         (handlers.redo_pre, _before_undo),
+        (handlers.undo_post, _after_undo),
+        (handlers.redo_post, _after_undo),
     )
 
 
@@ -41,5 +51,6 @@ def unregister_handlers() -> None:
     """Stop following, and cancel a running bake."""
     session.cancel_running("The bake was cancelled because the add-on was switched off.")
     session.forget()
+    forget_unsaved()
     for handlers, handler in _pairs():
         handlers.remove(handler)

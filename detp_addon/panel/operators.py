@@ -1,6 +1,7 @@
 """What the panel's buttons do: bake, cancel, stop, copy the report."""
 
 import time
+from dataclasses import replace
 
 import bpy
 
@@ -112,8 +113,9 @@ class DETP_OT_bake(BakeOptions, bpy.types.Operator):
         except DetpError as error:
             self.report({"ERROR"}, escaped(str(error)))
             return None
+        self._request = replace(request, look=self._live)
         live = LiveColours(request.domain, request.attribute if request.activate else None) if self._live else None
-        return session.begin(bake_scene(context.scene, context.view_layer, request, live))
+        return session.begin(bake_scene(context.scene, context.view_layer, self._request, live))
 
     def _work(self):
         away = time.perf_counter() - self._worked
@@ -123,7 +125,8 @@ class DETP_OT_bake(BakeOptions, bpy.types.Operator):
     def _ended(self, context, bake: session.BakeSession) -> set[str]:
         outcome = bake.outcome
         if outcome.status == session.DONE:
-            remember(context.scene, context.view_layer, outcome.report)
+            if not bake.stopped:
+                remember(context.scene, context.view_layer, self._request, outcome.report.seconds["total"])
         elif self._live:
             self._unshow()
         if outcome.status != session.DONE:

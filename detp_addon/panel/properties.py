@@ -5,6 +5,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, Po
 
 from ...core.settings import QUALITIES, BakeSettings
 from ..job import BakeRequest
+from ..writing.encoding import Encoding
 
 RADIUS_TIP = (
     "Radius of the disc around each point that collects light: small is sharp and noisy, large smooth and blurred"
@@ -111,7 +112,7 @@ class BakeOptions:
         name="Attribute",
         description="Name of the colour attribute that receives the light. It is made where missing; "
         "other attributes stay as they are",
-        default="irradiance",
+        default=BakeRequest().attribute,
         options={"SKIP_SAVE"},
     )
     domain: EnumProperty(
@@ -220,6 +221,40 @@ class BakeOptions:
         default=BakeSettings.seed,
         options={"SKIP_SAVE"},
     )
+    fit_exposure: BoolProperty(
+        name="Fit Exposure",
+        description="Multiply the light so that 99 % of a scene's lit colours are 1 or less. The factor is noted in "
+        "the meshes' custom property detp_bakes",
+        default=False,
+        options={"SKIP_SAVE"},
+    )
+    exposure: FloatProperty(
+        name="Exposure",
+        description="Multiply the light by two to the power of this before it is stored",
+        soft_min=-10.0,
+        soft_max=10.0,
+        min=-32.0,
+        max=32.0,
+        default=0.0,
+        precision=2,
+        options={"SKIP_SAVE"},
+    )
+    clamp: BoolProperty(
+        name="Cut at 1",
+        description="Store nothing brighter than 1, as many formats and engines know nothing brighter",
+        default=False,
+        options={"SKIP_SAVE"},
+    )
+    storage: EnumProperty(
+        name="Storage",
+        description="How the colours are stored",
+        items=[
+            ("FLOAT", "Float", "32 bits a channel: any brightness, all shades"),
+            ("BYTE", "Byte", "8 bits a channel in sRGB encoding: a quarter of the size, cut at 1"),
+        ],
+        default="FLOAT",
+        options={"SKIP_SAVE"},
+    )
     activate: BoolProperty(
         name="Make Active",
         description="Make the attribute the one that the viewport and renders show. Off leaves their choice as it is. "
@@ -266,9 +301,15 @@ def option_names() -> tuple[str, ...]:
     return tuple(BakeOptions.__annotations__)
 
 
+def attribute_name(settings: DETP_PG_settings) -> str:
+    """The name of the attribute; an empty field means the usual one."""
+    return settings.attribute or BakeRequest().attribute
+
+
 def scene_options(settings: DETP_PG_settings) -> dict:
     """The scene's settings as arguments of the operator."""
     options = {name: getattr(settings, name) for name in option_names()}
+    options["attribute"] = attribute_name(settings)
     if settings.auto_radius:
         options["radius"] = 0.0
     if settings.auto_photons:
@@ -305,6 +346,11 @@ def bake_request(options: dict, metres: float = 1.0) -> BakeRequest:
         quantity=_core_name(options["quantity"]),
         split=options["split"],
         activate=options["activate"],
+        encoding=Encoding(
+            exposure=None if options["fit_exposure"] else options["exposure"],
+            clamp=options["clamp"],
+            storage=_core_name(options["storage"]),
+        ),
     )
 
 

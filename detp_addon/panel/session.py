@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Generator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ...core.errors import DetpError
 from ..job import JobProgress
-from ..report import BakeReport
+from ..report import BakeReport, Brightness
 
 
 @dataclass(frozen=True)
@@ -70,6 +70,11 @@ class BakeSession:
             if named or self.progress.shown or now >= deadline:
                 return
 
+    @property
+    def stopped(self) -> bool:
+        """Whether the user has ended it before its end."""
+        return bool(self._stop)
+
     def run(self) -> None:
         """Work to the end; raises as :meth:`step` does."""
         while self.outcome is None:
@@ -111,6 +116,13 @@ def cancel_running(message: str) -> None:
     session = running()
     if session is not None:
         session.cancel(message)
+
+
+def exposed(brightness: Brightness) -> None:
+    """Note that the light of the latest bake has been multiplied since."""
+    outcome = _latest.outcome if _latest is not None else None
+    if outcome is not None and outcome.report is not None:
+        _latest.outcome = replace(outcome, report=replace(outcome.report, brightness=brightness))
 
 
 def forget() -> None:

@@ -63,7 +63,7 @@ def _baked_objects(scene: bpy.types.Scene, attribute: str) -> list[bpy.types.Obj
 
 def _has_colours(obj: bpy.types.Object, attribute: str) -> bool:
     layer = obj.data.attributes.get(attribute) if obj.type == "MESH" else None
-    return layer is not None and layer.data_type == "FLOAT_COLOR"
+    return layer is not None and layer.data_type in ("FLOAT_COLOR", "BYTE_COLOR")
 
 
 def _luminance(layer: bpy.types.Attribute) -> np.ndarray:

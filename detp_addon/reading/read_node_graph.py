@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import bpy
 
+from ..materials.marked_nodes import before
+
 
 @dataclass(frozen=True)
 class Feed:
@@ -51,7 +53,10 @@ def find_input(node, identifier: str):
 
 
 def feed_of(socket, groups: tuple[bpy.types.Node, ...]) -> Feed:
-    """What feeds the input ``socket`` of a node inside ``groups``; a ring of links that lead nowhere feeds nothing."""
+    """What feeds the input ``socket`` of a node inside ``groups``; a ring of links that lead nowhere feeds nothing.
+
+    Nodes that bring baked light into a material are looked through.
+    """
     passed = set()
     while True:
         feed = Feed(socket, None, groups)
@@ -66,6 +71,8 @@ def feed_of(socket, groups: tuple[bpy.types.Node, ...]) -> Feed:
         node, source = link.from_node, link.from_socket
         if node.bl_idname == "NodeReroute":
             socket = node.inputs[0]
+        elif (original := before(node)) is not None:
+            socket = original
         elif node.mute:
             through = next((inner for inner in node.internal_links if inner.to_socket == source), None)
             if through is None:

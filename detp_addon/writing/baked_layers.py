@@ -12,8 +12,17 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-#: the custom property: {"paint": name, "layers": {name: checksum of its colours}}
+#: the custom property: {"paint": name, "layers": {name: checksum of its colours}, "light": {name: what it means}}
 MARK = "detp_bakes"
+
+#: what a layer means: the quantity, and by what the light was multiplied for it, which an engine divides by
+PLAIN_LIGHT = {"quantity": "lighting", "scale": 1.0}
+
+#: the quantity of layers that hold no light and only keep a material from being black
+WHITE = "white"
+
+#: the quantity of layers that hold what surfaces look like in this light, for the viewport
+LOOK = "look"
 
 #: what bakes were named before they left a mark, unless they were asked for another name
 UNMARKED = ("irradiance", "irradiance_direct", "irradiance_indirect")
@@ -52,8 +61,9 @@ def colour_layers(
     floats = [layer for layer in colours if layer.data_type == "FLOAT_COLOR"]
     # The only colours that a mesh has are paint, even where they are about to be overwritten.
     named = {*mark["layers"], *UNMARKED, *(written if len(colours) > 1 else ())}
-    # Renaming a layer does not make it paint.
-    baked = {layer.name for layer in floats if layer.name in named or (sums and _checksum(layer) in sums)}
+    # Renaming a layer does not make it paint, and only a bake with a mark has written bytes.
+    baked = {layer.name for layer in floats if layer.name in named}
+    baked |= {layer.name for layer in colours if layer.name in mark["layers"] or (sums and _checksum(layer) in sums)}
     default = mesh.attributes.default_color_name
     others = [layer.name for layer in colours if layer.name not in baked]
     if default in baked:
@@ -67,13 +77,44 @@ def colour_layers(
     return ColourLayers(frozenset(baked | brought), paint, unsure)
 
 
-def leave_mark(mesh: bpy.types.Mesh, paint: str, names: Sequence[str]) -> dict | None:
-    """Note that the layers of these ``names`` hold light, and ``paint`` rendered before; returns the mark until now."""
-    before = mesh[MARK].to_dict() if MARK in mesh else None
-    kept = {name: value for name, value in _mark(mesh)["layers"].items() if name in mesh.attributes}
-    sums = {name: _checksum(mesh.attributes[name]) for name in names}
-    mesh[MARK] = {"paint": paint, "layers": kept | sums}
+def look_of(name: str) -> str:
+    """The name of the layer that shows the viewport what surfaces look like in the light of the layer ``name``."""
+    return f"{name}_look"
+
+
+def leave_mark(mesh: bpy.types.Mesh, paint: str, light: dict[str, dict]) -> dict | None:
+    """Note what ``light`` layers hold, by their names, and that ``paint`` rendered before; returns the mark until now.
+
+    Each has what differs from PLAIN_LIGHT.
+    """
+    before, mark = mesh[MARK].to_dict() if MARK in mesh else None, _mark(mesh)
+    kept, meanings = (
+        {name: value for name, value in mark[part].items() if name in mesh.attributes} for part in ("layers", "light")
+    )
+    sums = {name: _checksum(mesh.attributes[name]) for name in light}
+    meanings |= {name: PLAIN_LIGHT | meaning for name, meaning in light.items()}
+    mesh[MARK] = {"paint": paint, "layers": kept | sums, "light": meanings}
     return before
+
+
+def light_of(mesh: bpy.types.Mesh, name: str) -> dict:
+    """What the layer of that name means, see PLAIN_LIGHT."""
+    found = _mark(mesh)["light"].get(name)
+    return PLAIN_LIGHT | (found if isinstance(found, dict) else {})
+
+
+def holds_light(mesh: bpy.types.Mesh, name: str) -> bool:
+    """Whether a bake that left its mark has written the colour layer of that name."""
+    marked = name in mesh.color_attributes and name in _mark(mesh)["layers"]
+    return marked and light_of(mesh, name)["quantity"] != WHITE
+
+
+def take_mark_of(mesh: bpy.types.Mesh, name: str) -> None:
+    """Forget the layer of that name."""
+    mark = _mark(mesh)
+    mesh[MARK] = mark | {
+        part: {other: value for other, value in mark[part].items() if other != name} for part in ("layers", "light")
+    }
 
 
 def put_mark(mesh: bpy.types.Mesh, mark: dict | None) -> None:
@@ -88,8 +129,11 @@ def _mark(mesh: bpy.types.Mesh) -> dict:
     """The mark of a mesh, an empty one where there is none or something else has its name."""
     found = mesh.get(MARK)
     found = found.to_dict() if hasattr(found, "to_dict") else {}
-    layers = found.get("layers")
-    return {"paint": str(found.get("paint", "")), "layers": layers if isinstance(layers, dict) else {}}
+    parts = {part: found.get(part) for part in ("layers", "light")}
+    return {
+        "paint": str(found.get("paint", "")),
+        **{part: value if isinstance(value, dict) else {} for part, value in parts.items()},
+    }
 
 
 def _checksum(layer: bpy.types.Attribute) -> int:

@@ -1,9 +1,9 @@
-"""Writes colours into FLOAT_COLOR attributes: all the objects it is given, or, when it fails, none of them."""
+"""Writes colours into colour attributes: all the objects it is given, or, when it fails, none of them."""
 
 from __future__ import annotations
 
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import bpy
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from ...core.errors import AttributeNameTakenError, DetpError, EditModeError, InvalidSettingError, UnwritableFileError
 from ..reading.read_attributes import face_sizes
 from ..reading.read_meshes import corner_vertex_indices, vertex_positions
-from .baked_layers import colour_layers, leave_mark, put_mark
+from .baked_layers import LOOK, colour_layers, leave_mark, light_of, look_of, put_mark
 from .element_values import Faces
 
 #: the brightest colour that an attribute holds
@@ -23,10 +23,20 @@ LONGEST_NAME = 63
 
 @dataclass(frozen=True)
 class MeshColours:
-    """What to write on one mesh object: for each attribute's name its rgb (M, 3), one row per element of the domain."""
+    """What to write on one mesh object: for each attribute's name its rgb (M, 3), one row per element of the domain.
+
+    light  what the rgb mean, as baked_layers.PLAIN_LIGHT
+    type   of the attributes; into bytes Blender itself encodes linear colours as sRGB
+    look   rgb (M, 3) for a layer of bytes beside the first that the viewport shows in its place, and look_scale, by
+           which they were multiplied; None for no such layer
+    """
 
     object: bpy.types.Object
     layers: dict[str, np.ndarray]
+    light: dict = field(default_factory=dict)
+    type: str = "FLOAT_COLOR"
+    look: np.ndarray | None = None
+    look_scale: float = 1.0
 
 
 def check_attribute_name(name: str) -> None:
@@ -39,8 +49,8 @@ def check_attribute_name(name: str) -> None:
         raise InvalidSettingError(f"The attribute name '{name}' is longer than {LONGEST_NAME} bytes.")
 
 
-def obstacle(obj: bpy.types.Object, attribute: str, domain: str) -> DetpError | None:
-    """Why the ``attribute`` of this mesh object cannot be written, or None when it can."""
+def obstacle(obj: bpy.types.Object, attribute: str, domain: str, kind: str = "FLOAT_COLOR") -> DetpError | None:
+    """Why the ``attribute`` of this mesh object cannot be written as ``kind``, or None when it can."""
     mesh = obj.data
     if obj.library or mesh.library or mesh.override_library:
         source = (obj.library or mesh.library or mesh.override_library.reference.library).filepath
@@ -51,10 +61,10 @@ def obstacle(obj: bpy.types.Object, attribute: str, domain: str) -> DetpError | 
     if mesh.is_editmode:
         return EditModeError(f"'{obj.name}' is open in Edit Mode: leave Edit Mode and bake again.")
     taken = mesh.attributes.get(attribute)
-    if taken is not None and (taken.data_type, taken.domain) != ("FLOAT_COLOR", domain):
+    if taken is not None and (taken.data_type, taken.domain) != (kind, domain):
         return AttributeNameTakenError(
             f"'{obj.name}' already has an attribute named '{attribute}' of the type {taken.data_type} on "
-            f"{taken.domain}, and {domain} colours cannot replace it: choose another attribute name."
+            f"{taken.domain}, and {kind} on {domain} cannot replace it: choose another attribute name, or remove it."
         )
     if taken is None and attribute in obj.vertex_groups:
         return AttributeNameTakenError(
@@ -118,12 +128,26 @@ def write_colours(colours: list[MeshColours], domain: str, shown: str | None = N
 def write_layers(entry: MeshColours, domain: str, shown: str | None, undo: ExitStack) -> None:
     """Write the colours of one entry to its object's own mesh; closing ``undo`` takes back what has been written."""
     mesh = entry.object.data
-    paint = colour_layers(mesh, tuple(entry.layers)).paint
+    look = _look_name(entry, domain)
+    written = (*entry.layers, look) if look else tuple(entry.layers)
+    paint = colour_layers(mesh, written).paint
     for name, rgb in entry.layers.items():
-        _write(entry.object, name, rgb, domain, undo)
-    undo.callback(put_mark, mesh, leave_mark(mesh, paint, tuple(entry.layers)))
+        _write(entry.object, name, rgb, (entry.type, domain), undo)
+    light = dict.fromkeys(entry.layers, entry.light)
+    if look:
+        _write(entry.object, look, entry.look, ("BYTE_COLOR", domain), undo)
+        light[look] = {"quantity": LOOK, "scale": entry.look_scale}
+    undo.callback(put_mark, mesh, leave_mark(mesh, paint, light))
     if shown is not None:
-        _show(mesh, shown, shown)
+        _show(mesh, look or shown, shown)
+
+
+def _look_name(entry: MeshColours, domain: str) -> str:
+    """The name of the layer for the look, "" when there is none, or where it is taken by something else."""
+    mesh, name = entry.object.data, look_of(next(iter(entry.layers)))
+    if entry.look is None or len(name.encode()) > LONGEST_NAME or obstacle(entry.object, name, domain, "BYTE_COLOR"):
+        return ""
+    return name if name not in mesh.attributes or light_of(mesh, name)["quantity"] == LOOK else ""
 
 
 def _some(names: list[str]) -> str:
@@ -161,7 +185,8 @@ def _put_back(obj: bpy.types.Object, mesh: bpy.types.Mesh, copy: bpy.types.Mesh)
     bpy.data.meshes.remove(copy)
 
 
-def _write(obj: bpy.types.Object, attribute: str, rgb: np.ndarray, domain: str, undo: ExitStack) -> None:
+def _write(obj: bpy.types.Object, attribute: str, rgb: np.ndarray, kind: tuple[str, str], undo: ExitStack) -> None:
+    """Write to the attribute, whose ``kind`` is its type and domain."""
     mesh = obj.data
     layers = mesh.attributes
     shown = (layers.active_color_name, layers.default_color_name)
@@ -169,7 +194,7 @@ def _write(obj: bpy.types.Object, attribute: str, rgb: np.ndarray, domain: str, 
     layer = layers.get(attribute)
     rgba = np.ones((len(rgb), 4), np.float32)
     if layer is None:
-        layer = layers.new(attribute, "FLOAT_COLOR", domain)
+        layer = layers.new(attribute, *kind)
         name = layer.name if layer else None
         if name is not None:
             undo.callback(_remove_layer, mesh, name)

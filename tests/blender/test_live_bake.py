@@ -1,6 +1,7 @@
 """A bake shows its light before its end, takes it back when cancelled, keeps it when stopped; goals and forecasts."""
 
 import time
+import types
 
 import bpy
 import numpy as np
@@ -10,7 +11,9 @@ from detp.core.forecast import forecast
 from detp.core.settings import BakeSettings
 from detp.core.stages import finished
 from detp.detp_addon.job import BakeRequest, bake_scene
-from detp.detp_addon.panel.forecasts import forecast_of, remember
+from detp.detp_addon.panel import session
+from detp.detp_addon.panel.forecasts import forecast_of
+from detp.detp_addon.panel.operators import DETP_OT_bake
 from detp.detp_addon.panel.properties import bake_request, scene_options
 from detp.detp_addon.writing.live_colours import LiveColours
 from small_scenes import box_on_floor, colours
@@ -160,18 +163,52 @@ def test_forecasts_follow_what_is_asked_for():
     assert forecast(20_000, BakeSettings()).seconds > forecast(10_000, BakeSettings()).seconds
 
 
-def test_the_panels_forecast_learns_from_a_bake():
+@pytest.fixture
+def addon():
     detp_addon.register()
-    try:
-        scene, layer = bpy.context.scene, bpy.context.view_layer
-        scene.detp.quality = "DRAFT"
-        before = forecast_of(scene, layer)
-        report = finished(steps(bake_request(scene_options(scene.detp)).settings, live=False))
-        remember(scene, layer, report)
-        assert forecast_of(scene, layer).seconds == pytest.approx(report.seconds["total"])
-        assert before.error == forecast_of(scene, layer).error
-        scene.detp.targets = "SELECTED"
-        bpy.ops.object.select_all(action="DESELECT")
-        assert forecast_of(scene, layer) is None
-    finally:
-        detp_addon.unregister()
+    yield bpy.context.scene.detp
+    detp_addon.unregister()
+
+
+def panel_forecast(request=None):
+    request = request or bake_request(scene_options(bpy.context.scene.detp))
+    return forecast_of(bpy.context.scene, bpy.context.view_layer, request)
+
+
+def test_the_panels_forecast_learns_from_a_bake(addon):
+    addon.quality = "DRAFT"
+    before = panel_forecast()
+    assert bpy.ops.detp.bake() == {"FINISHED"}
+    seconds = session.latest().outcome.report.seconds["total"]
+    assert panel_forecast().seconds == pytest.approx(seconds)
+    assert before.error == panel_forecast().error
+    addon.targets = "SELECTED"
+    bpy.ops.object.select_all(action="DESELECT")
+    assert panel_forecast() is None
+
+
+def test_forecasts_learn_from_the_settings_that_the_bake_had_and_from_no_other_file(addon):
+    addon.quality = "FINAL"
+    draft = bake_request({**scene_options(addon), "quality": "DRAFT"})
+    untaught = panel_forecast().seconds, panel_forecast(draft).seconds
+    # An empty field means the usual name.
+    addon.attribute = ""
+    assert bpy.ops.detp.bake(quality="DRAFT") == {"FINISHED"}
+    taught = panel_forecast().seconds, panel_forecast(draft).seconds
+    assert taught[1] == pytest.approx(session.latest().outcome.report.seconds["total"])
+    assert taught[0] / taught[1] == pytest.approx(untaught[0] / untaught[1])
+    box_on_floor()
+    bpy.context.scene.detp.quality = "FINAL"
+    assert panel_forecast().seconds == pytest.approx(untaught[0])
+
+
+def test_forecasts_do_not_learn_from_a_stopped_bake(addon):
+    before = panel_forecast()
+    operator = types.SimpleNamespace(_live=False, report=lambda *_: None)
+    operator._request = bake_request(scene_options(addon))
+    bake = session.begin(steps(BakeSettings(error=1e-4), live=False))
+    bake.step(0.0)
+    bake.stop()
+    bake.run()
+    assert DETP_OT_bake._ended(operator, bpy.context, bake) == {"FINISHED"}
+    assert panel_forecast() == before

@@ -244,6 +244,40 @@ class TestBake:
         assert bpy.ops.detp.bake(photons=2000) == {"FINISHED"}
 
 
+class TestUse:
+    def test_light_goes_into_materials_and_out_and_undo_takes_it_back(self, scene):
+        material = bpy.data.materials.new("paint")
+        if bpy.app.version < (5, 0):
+            material.use_nodes = True
+        bpy.data.objects["Floor"].data.materials.append(material)
+        count = len(material.node_tree.nodes)
+        bpy.ops.detp.bake(photons=2000)
+        bpy.ops.ed.undo_push(message="before")
+        assert bpy.ops.detp.use_in_material() == {"FINISHED"}
+        bpy.ops.ed.undo_push(message="use")
+        assert len(material.node_tree.nodes) > count
+        bpy.ops.ed.undo()
+        assert len(bpy.data.materials["paint"].node_tree.nodes) == count
+        bpy.ops.ed.redo()
+        assert bpy.ops.detp.remove_from_material() == {"FINISHED"}
+        assert len(bpy.data.materials["paint"].node_tree.nodes) == count
+
+    def test_the_exposure_is_fitted_and_stays_fitted(self, scene):
+        bpy.data.lights["Lamp"].energy = 10_000
+        bpy.ops.detp.bake(photons=2000)
+        assert session.latest().outcome.report.brightness.above > 0
+        assert bpy.ops.detp.fit_exposure() == {"FINISHED"}
+        assert session.latest().outcome.report.brightness.above == 0
+        assert colours("Floor")[:, :3].max() <= 1
+        bpy.ops.detp.bake(photons=2000)
+        assert session.latest().outcome.report.brightness.above == 0
+
+    def test_what_is_not_baked_has_a_sentence(self, scene):
+        for operator in (bpy.ops.detp.use_in_material, bpy.ops.detp.fit_exposure):
+            with pytest.raises(RuntimeError, match="bake"):
+                operator()
+
+
 class TestSentences:
     def test_nothing_selected(self, scene):
         bpy.data.objects["Floor"].select_set(False)

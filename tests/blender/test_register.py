@@ -1,10 +1,10 @@
 import bpy
 import pytest
 from detp import detp_addon
-from detp.detp_addon.panel import operators, panel, properties, show_light
+from detp.detp_addon.panel import operators, panel, properties, result_panel, show_light, use_light
 
-OPERATORS = (*operators.CLASSES, *show_light.CLASSES)
-CLASSES = (*OPERATORS, *panel.CLASSES, properties.DETP_PG_settings)
+OPERATORS = (*operators.CLASSES, *show_light.CLASSES, *use_light.CLASSES)
+CLASSES = (*OPERATORS, *panel.CLASSES, *result_panel.CLASSES, properties.DETP_PG_settings)
 
 
 def registered() -> list[type]:
@@ -12,7 +12,7 @@ def registered() -> list[type]:
 
 
 def handlers() -> list:
-    kinds = ("load_pre", "load_post", "undo_pre", "redo_pre")
+    kinds = ("load_pre", "load_post", "undo_pre", "redo_pre", "undo_post", "redo_post")
     return [handler for kind in kinds for handler in getattr(bpy.app.handlers, kind) if "detp" in handler.__module__]
 
 
@@ -25,12 +25,12 @@ def addon():
 
 def test_register_unregister_register():
     detp_addon.register()
-    assert len(registered()) == len(CLASSES) and len(handlers()) == 4
+    assert len(registered()) == len(CLASSES) and len(handlers()) == 6
     detp_addon.unregister()
     assert registered() == [] and handlers() == [] and not hasattr(bpy.types.Scene, "detp")
     detp_addon.register()
     try:
-        assert len(registered()) == len(CLASSES) and len(handlers()) == 4
+        assert len(registered()) == len(CLASSES) and len(handlers()) == 6
         assert bpy.context.scene.detp.quality == "PREVIEW"
     finally:
         detp_addon.unregister()

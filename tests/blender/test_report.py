@@ -2,7 +2,7 @@
 
 import json
 
-from detp.detp_addon.report import BakeReport, counted, to_json
+from detp.detp_addon.report import BakeReport, Brightness, counted, to_json
 
 REPORT = BakeReport(
     scene="a.blend",
@@ -31,7 +31,7 @@ def test_json_has_every_key_in_a_stable_order():
     assert set(entry) == {
         "scene", "output", "objects", "points", "triangles", "lights", "photons", "shadow_rays", "segments", "radius",
         "gatherer", "seconds", "relative_error", "high_error", "faces_lost", "wrong_faces", "modelled", "left_out",
-        "warnings", "filled", "gatherer_reason", "blender_scene", "view_layer",
+        "warnings", "filled", "gatherer_reason", "blender_scene", "view_layer", "scale", "colours", "above_one",
     }  # fmt: skip
     assert set(entry["seconds"]) == {"export", "shadow", "trace", "gather", "write", "total"}
     assert json.loads(to_json([entry]))[0]["warnings"] == ["Look here."]
@@ -55,6 +55,15 @@ def test_people_read_counts_and_everything_that_was_noticed():
         "Filled from neighbours: 3 elements.",
         "Warning: Look here.",
     ]
+
+
+def test_brightness_is_told_where_it_tells_something():
+    assert Brightness(1.0, 0, 10).sentence() == ""
+    assert Brightness(0.25, 0, 10).sentence() == "Exposed by -2.00 stops: no colour is above 1."
+    assert "24 colours (24.0 %) are above 1" in Brightness(1.0, 24, 100).sentence()
+    bright = BakeReport(**{**REPORT.__dict__, "brightness": Brightness(0.5, 1, 100)})
+    assert bright.brightness.sentence() in bright.details()
+    assert [bright.as_json()[name] for name in ("scale", "colours", "above_one")] == [0.5, 100, 1]
 
 
 def test_counts():

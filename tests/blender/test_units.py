@@ -8,7 +8,7 @@ bpy = pytest.importorskip("bpy")
 from detp.core.settings import BakeSettings  # noqa: E402
 from detp.core.stages import finished  # noqa: E402
 from detp.detp_addon.job import BakeRequest, bake_scene  # noqa: E402
-from detp.detp_addon.panel import panel  # noqa: E402
+from detp.detp_addon.panel.labels import length  # noqa: E402
 from detp.detp_addon.panel.properties import bake_request, register_properties, scene_options, unregister_properties  # noqa: E402
 from detp.detp_addon.units import metres_per_unit  # noqa: E402
 from made_scenes import fresh, lamp, linked, material, mesh, node, quad, read, world  # noqa: E402
@@ -111,9 +111,7 @@ def test_the_panels_lengths_are_what_blender_shows(scene):
             request = bake_request(scene_options(settings), metres_per_unit(scene))
             assert request.settings.radius == pytest.approx(30.0 * metres)
             assert request.settings.shadow_distance == pytest.approx(200.0 * metres)
-            shown = bpy.utils.units.to_value(
-                system, "LENGTH", panel._length(request.settings.radius, scene.unit_settings)
-            )
+            shown = bpy.utils.units.to_value(system, "LENGTH", length(request.settings.radius, scene.unit_settings))
             assert shown == pytest.approx(30.0 * metres)
     finally:
         unregister_properties()

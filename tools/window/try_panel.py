@@ -30,11 +30,15 @@ TRIES = (
     "a_closed_window",
     "an_error_of_the_program",
     "a_whole_bake",
+    "use_in_material",
     "a_removed_object",
     "render_result_is_kept",
     "another_file",
     "switching_off",
 )
+
+#: the shading of a viewport that shows the light
+LIT = ("SOLID", "VERTEX", "FLAT")
 
 
 def session():
@@ -68,6 +72,15 @@ def left_behind():
 def baked():
     attribute = bpy.context.scene.detp.attribute
     return sum(attribute in mesh.attributes for mesh in bpy.data.meshes)
+
+
+def using():
+    return sum("detp_light" in material for material in bpy.data.materials)
+
+
+def shading():
+    found = user.view_area().spaces[0].shading
+    return found.type, found.color_type, found.light
 
 
 def picture(name):
@@ -144,17 +157,37 @@ def try_a_whole_bake():
     assert outcome().status == "DONE", outcome()
     count = baked()
     assert count > 0
-    yield from user.press("detp.show")
-    yield 0.5
     user.move(10, 10)
     yield from picture("baked")
+    assert shading() == LIT
+    yield from user.press("detp.show")
+    assert shading() != LIT
     yield from user.press("detp.show")
     yield from user.key("Z", ctrl=True)
     yield 0.5
-    assert baked() == 0, "Ctrl-Z must take the bake back"
+    assert baked() == 0 and shading() != LIT, "Ctrl-Z must take the bake back, and the viewport with it"
     yield from user.key("Z", ctrl=True, shift=True)
     yield 0.5
-    assert baked() == count, "Shift-Ctrl-Z must bring it again"
+    assert baked() == count and shading() == LIT, "Shift-Ctrl-Z must bring it again"
+    yield from user.key("Z", ctrl=True)
+    yield 0.5
+
+
+def try_use_in_material():
+    """The light goes into the materials by one click, and one Ctrl-Z takes it out."""
+    yield from start_a_bake()
+    yield from user.wait_for(over)
+    yield 0.3
+    yield from user.press("detp.use_in_material")
+    yield 0.5
+    assert using(), "no material uses the light"
+    yield from picture("used")
+    yield from user.key("Z", ctrl=True)
+    yield 0.5
+    assert not using() and baked() > 0
+    yield from user.key("Z", ctrl=True)
+    yield 0.5
+    assert baked() == 0
 
 
 def rendered():
@@ -189,7 +222,7 @@ def try_another_file():
     yield 0.5
     assert running.outcome.status == "CANCELLED" and "file" in running.outcome.message, running.outcome
     assert session().latest() is None
-    yield from user.show_sidebar("DETP")
+    yield from user.show_sidebar("Light Bake")
     set_up()
     yield from start_a_bake()
     yield from user.key("ESC")
@@ -266,7 +299,7 @@ def main():
     os.makedirs(FOLDER, exist_ok=True)
     set_up()
     bpy.ops.ed.undo_push(message="Set-up")
-    yield from user.show_sidebar("DETP")
+    yield from user.show_sidebar("Light Bake")
     yield from picture("panel")
     for name in REST[1:] or TRIES:
         print(f"Trying {name}", flush=True)

@@ -1,0 +1,102 @@
+"""The buttons that put the baked light into the materials, take it out, and fit its exposure."""
+
+import bpy
+from bpy.props import EnumProperty
+
+from ...core.errors import DetpError
+from ..command.terminal import escaped
+from ..materials.use_light import materials_with_light, remove_from_materials, use_in_materials
+from ..report import counted
+from ..writing.encoding import fit_stored
+from . import session
+from .properties import attribute_name
+
+
+class _Idle:
+    """What waits for the end of a bake."""
+
+    @classmethod
+    def poll(cls, context):
+        """While no bake runs."""
+        if session.running():
+            cls.poll_message_set("A bake is running: wait for it, or cancel it")
+            return False
+        return context.scene is not None
+
+
+class DETP_OT_use_in_material(_Idle, bpy.types.Operator):
+    """Put the baked light into the materials of all meshes that have it, so that renders and glTF exports carry it"""
+
+    bl_idname = "detp.use_in_material"
+    bl_label = "Use in Material"
+    bl_options = {"REGISTER", "UNDO"}
+
+    way: EnumProperty(
+        name="As",
+        description="What the light does in the materials",
+        items=[
+            ("AUTO", "Automatic", "Base color for ambient occlusion, else unlit"),
+            ("UNLIT", "Unlit", "The camera sees color times light, and no lamp adds to it"),
+            ("BASE_COLOR", "Base Color", "The light multiplies the base color, and lamps light that still"),
+        ],
+        default="AUTO",
+    )
+
+    def execute(self, context):
+        """Each material once; those that use light already are made anew."""
+        way = self.way.lower().replace("_", "-")
+        try:
+            use = use_in_materials(context.scene.objects, attribute_name(context.scene.detp), way)
+        except DetpError as error:
+            self.report({"ERROR"}, escaped(str(error)))
+            return {"CANCELLED"}
+        for note in use.notes:
+            self.report({"WARNING"}, escaped(note))
+        self.report({"INFO"}, f"{use.sentence()} Material Preview, renders and glTF exports show it.")
+        return {"FINISHED"}
+
+
+class DETP_OT_remove_from_material(_Idle, bpy.types.Operator):
+    """Take the baked light out of the scene's materials again, and leave them as they were before"""
+
+    bl_idname = "detp.remove_from_material"
+    bl_label = "Remove from Material"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context):
+        """The light itself stays in its attribute."""
+        count = remove_from_materials(context.scene.objects)
+        self.report({"INFO"}, f"Removed the light from {counted(count, 'material')}.")
+        return {"FINISHED"}
+
+
+class DETP_OT_fit_exposure(_Idle, bpy.types.Operator):
+    """Multiply the stored light so that 99 % of its lit colours are 1 or less, and note the factor on the meshes"""
+
+    bl_idname = "detp.fit_exposure"
+    bl_label = "Fit Exposure"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context):
+        """The next bake fits it by itself."""
+        settings = context.scene.detp
+        try:
+            brightness = fit_stored(context.scene.objects, attribute_name(settings))
+        except DetpError as error:
+            self.report({"ERROR"}, escaped(str(error)))
+            return {"CANCELLED"}
+        settings.fit_exposure = True
+        session.exposed(brightness)
+        self.report({"INFO"}, brightness.sentence())
+        return {"FINISHED"}
+
+
+def draw_use(layout: bpy.types.UILayout, context) -> None:
+    """The buttons for the light that the scene has."""
+    row = layout.row(align=True)
+    row.operator("detp.use_in_material", icon="MATERIAL")
+    if any(True for _ in materials_with_light(context.scene.objects)):
+        row.operator("detp.remove_from_material", text="", icon="X")
+
+
+CLASSES = (DETP_OT_use_in_material, DETP_OT_remove_from_material, DETP_OT_fit_exposure)

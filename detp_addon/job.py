@@ -27,6 +27,7 @@ from .chosen_objects import chosen_objects, objects_by_name
 from .chosen_views import not_baked
 from .reading.read_scene import FITS, BakeTarget, ExportedScene, read_scene
 from .report import BakeReport, counted
+from .steps import JobProgress
 from .writing.element_values import QUANTITIES, quantity_values, spread
 from .writing.live_colours import LiveColours
 from .writing.lossy_faces import LossyFaces
@@ -96,21 +97,6 @@ class BakeRequest:
         """The names of all attributes that are written."""
         parts = ("direct", "indirect") if self.split else ()
         return (self.attribute, *(f"{self.attribute}_{part}" for part in parts))
-
-
-@dataclass(frozen=True)
-class JobProgress:
-    """Where a job stands: what it is doing, the share done (0..1), and the seconds it still needs, if known.
-
-    error   the share by which half of the lit points are likely to be off at most so far; None while it is unknown
-    shown   whether colours have just been shown, which wait to be drawn
-    """
-
-    phase: str
-    fraction: float
-    remaining: float | None = None
-    error: float | None = None
-    shown: bool = False
 
 
 def bake_scene(

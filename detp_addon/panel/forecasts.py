@@ -6,6 +6,7 @@ import bpy
 
 from ...core.errors import DetpError
 from ...core.forecast import Forecast, forecast
+from ..chosen_objects import likely_points
 from ..report import BakeReport
 from .properties import bake_request, scene_options
 
@@ -34,9 +35,5 @@ def remember(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, report: Ba
 
 
 def _points(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> int:
-    """About how many points the settings ask for: corners or vertices of the meshes that will be baked."""
-    settings = scene.detp
-    objects = [obj for obj in view_layer.objects if obj.type == "MESH" and not obj.hide_render]
-    if settings.targets == "SELECTED":
-        objects = [obj for obj in objects if obj.select_get(view_layer=view_layer)]
-    return sum(len(obj.data.loops) for obj in objects)
+    """About how many points the settings ask for."""
+    return likely_points(scene, view_layer, scene.detp.targets.lower())

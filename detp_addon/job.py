@@ -166,7 +166,7 @@ def _steps(
     turned = _turned_away(targets, export.scene, points, result) if request.quantity != "ambient-occlusion" else []
     notes = write_colours(colours, request.domain, request.attribute if request.activate else None)
     end = time.perf_counter()
-    doubts = _doubts(result, request.settings, stopped, export.scene.vertices)
+    doubts = _doubts(result, request.settings, stopped, scene, export.scene)
     return BakeReport(
         scene=names[0],
         objects=len(colours),
@@ -391,8 +391,10 @@ def _colours(targets: list[BakeTarget], light: _Values, request: BakeRequest) ->
     return colours, gone
 
 
-def _doubts(result: BakeResult, settings: BakeSettings, stopped: bool, vertices: np.ndarray) -> list[str]:
-    """What in the result itself the user should know; ``vertices`` (V, 3) are those of all surfaces."""
+def _doubts(
+    result: BakeResult, settings: BakeSettings, stopped: bool, scene: bpy.types.Scene, surfaces: Scene
+) -> list[str]:
+    """What in the result itself the user should know."""
     doubts = []
     aim = settings.aimed_noise
     short = aim is not None and result.relative_error > aim * (1 + 1e-9)
@@ -410,7 +412,7 @@ def _doubts(result: BakeResult, settings: BakeSettings, stopped: bool, vertices:
             f"from most of what is baked, that rounding tells in their light: bake them alone, or move them nearer."
         )
     if not result.irradiance.any():
-        doubts.append(why_dark(vertices, result.photons))
+        doubts.append(why_dark(scene, surfaces.corners, result.photons))
     emitted = np.abs(result.emitted_flux).sum()
     cut = np.abs(result.cut_flux).sum()
     if cut > HARMLESS_CUT * emitted:

@@ -34,7 +34,7 @@ def leftovers(*folders: Path) -> list[str]:
 
 def arguments_in(folder: Path) -> list[str]:
     names = [str(folder / name) for name in OUTPUTS]
-    quick = ["--photons", "20000", "--radius", "0.3"]
+    quick = ["--photons", "20000", "--radius", "0.3", "--indirect", "off", "--fit", "vertices"]
     return [str(folder / "scene.blend"), "-o", names[0], "--report", names[1], "--preview", names[2], *quick]
 
 

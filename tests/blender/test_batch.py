@@ -8,8 +8,10 @@ import sys
 import time
 from contextlib import suppress
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
+from detp.detp_addon.command import processes
 from detp.detp_addon.command.command import main
 from detp.detp_addon.files.bake_mark import read_mark
 from detp.detp_addon.files.leftovers import sweep
@@ -153,6 +155,14 @@ def test_options_that_no_file_can_be_baked_with_end_the_batch(library, capsys):
     assert "starts with a dot" in capsys.readouterr().err
     for wrong in (["--jobs", "0"], ["--time-limit", "0s"]):
         assert main(["bake", str(library), *wrong]) == 2
+
+
+def test_inside_blender_parts_are_baked_by_blender(monkeypatch):
+    assert processes.command()[0] == sys.executable
+    app = SimpleNamespace(module=False, binary_path="/opt/blender")
+    monkeypatch.setitem(sys.modules, "bpy", SimpleNamespace(app=app))
+    monkeypatch.setattr(sys, "argv", ["blender", "--factory-startup", "--command", "detp", "bake", "a.blend"])
+    assert processes.command() == ["/opt/blender", "--factory-startup", "--command", "detp", "part"]
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows sends a console's signals to all its processes")

@@ -9,9 +9,13 @@ import numpy as np
 
 from .reading.read_meshes import vertex_positions
 from .report import counted
+from .units import metres_per_unit
 
 #: so many times as far away as most of the scene, an object leaves too few digits to tell the rest apart
 _STRAY = 1e5
+
+#: lamps that are looked at, and how far behind a face one counts as meant to shine on it, of the face's size
+MOST_LAMPS, SUNK = 16, 1e-2
 
 
 def why_nothing_to_bake(scene: bpy.types.Scene, chosen: list[bpy.types.Object] | None) -> str | None:
@@ -42,17 +46,15 @@ def why_no_light(scene: bpy.types.Scene, warnings: Iterable[str]) -> str | None:
     return f"Nothing in the scene gives light: {'; '.join(causes)}." if causes else None
 
 
-def why_dark(vertices: np.ndarray, photons: int) -> str:
-    """Why no light met what was baked, from the vertices (V, 3) m of all surfaces and the scene as it is now."""
-    scripts = _scripts_not_run()
-    if scripts:
-        return f"All that was baked is dark: {scripts}."
-    stray = _stray(vertices)
-    if stray:
-        return f"All that was baked is dark: {stray}."
+def why_dark(scene: bpy.types.Scene, corners: np.ndarray, photons: int) -> str:
+    """Why no light met what was baked, from ``scene`` as it is now and the corners (T, 3, 3) m of all its triangles."""
+    cause = _scripts_not_run() or _stray(corners.reshape(-1, 3)) or _sunk(scene, corners)
+    if cause:
+        return f"All that was baked is dark: {cause}."
+    sought = f", or use more photons than {counted(photons, 'photon')} or a larger radius" if photons else ""
     return (
-        f"None of {counted(photons, 'photon')} met a baked surface from its front: look for lights inside "
-        f"solid geometry or normals that point away from the light, or use more photons or a larger radius."
+        f"No light met a baked surface from its front: look for lights inside solid geometry or normals that point "
+        f"away from the light{sought}."
     )
 
 
@@ -109,6 +111,35 @@ def _stray(vertices: np.ndarray) -> str | None:
         f"{where} {distances.max() / 1000:.7g} km away, beside which the rest is too small to be told apart: "
         f"move it, or hide it from renders"
     )
+
+
+def _sunk(scene: bpy.types.Scene, corners: np.ndarray) -> str | None:
+    """A sentence on the lamps that lie in a face, or so little behind it that they were to shine on it; or None."""
+    lamps = [obj for obj in scene.objects if obj.type == "LIGHT" and obj.data.type != "SUN" and not obj.hide_render]
+    found = []
+    for lamp in lamps[:MOST_LAMPS]:
+        place = metres_per_unit(scene) * np.array(lamp.matrix_world.translation)
+        # Of triangles without area come no numbers, which compare with nothing.
+        with np.errstate(all="ignore"):
+            depth = _depth(place, corners)
+        if depth is not None:
+            where = f"{1000 * depth:.3g} mm behind a face" if depth > 0 else "in the plane of a face"
+            found.append(f"the light '{lamp.name}' lies {where}")
+    return f"{'; '.join(found[:3])}: move it to the side that should be lit" if found else None
+
+
+def _depth(place: np.ndarray, corners: np.ndarray) -> float | None:
+    """Metres by which ``place`` (3,) m lies behind the nearest of the triangles (T, 3, 3) that it all but touches."""
+    edges, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    normals = np.cross(edges, other)
+    doubled = np.linalg.norm(normals, axis=1)
+    away = place - corners[:, 0]
+    depths = -np.einsum("tj,tj->t", away, normals) / doubled
+    first = np.einsum("tj,tj->t", np.cross(away, other), normals) / doubled**2
+    second = np.einsum("tj,tj->t", np.cross(edges, away), normals) / doubled**2
+    inside = (first >= 0) & (second >= 0) & (first + second <= 1)
+    near = inside & (depths >= 0) & (depths <= SUNK * np.sqrt(doubled))
+    return float(depths[near].min()) if near.any() else None
 
 
 def _listed(found: dict[str, list[str]], thing: str) -> str:

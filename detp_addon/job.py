@@ -29,6 +29,7 @@ from .chosen_objects import chosen_objects, objects_by_name
 from .chosen_views import not_baked
 from .reading.read_scene import FITS, BakeTarget, ExportedScene, read_scene
 from .report import BakeReport, counted
+from .steps import JobProgress
 from .writing.baked_layers import look_of
 from .writing.element_values import QUANTITIES, quantity_values, spread
 from .writing.encoding import Encoding, encoded, fitted_scale, usual_scale
@@ -106,21 +107,6 @@ class BakeRequest:
         return (self.attribute, *(f"{self.attribute}_{part}" for part in parts))
 
 
-@dataclass(frozen=True)
-class JobProgress:
-    """Where a job stands: what it is doing, the share done (0..1), and the seconds it still needs, if known.
-
-    error   the share by which half of the lit points are likely to be off at most so far; None while it is unknown
-    shown   whether colours have just been shown, which wait to be drawn
-    """
-
-    phase: str
-    fraction: float
-    remaining: float | None = None
-    error: float | None = None
-    shown: bool = False
-
-
 def bake_scene(
     scene: bpy.types.Scene,
     view_layer: bpy.types.ViewLayer,
@@ -191,7 +177,7 @@ def _steps(
     stored, brightness = encoded(colours, request.encoding, request.quantity, scales[0])
     notes = write_colours(stored, request.domain, request.attribute if request.activate else None)
     end = time.perf_counter()
-    doubts = _doubts(result, request.settings, stopped, export.scene.vertices)
+    doubts = _doubts(result, request.settings, stopped, scene, export.scene)
     return BakeReport(
         scene=names[0],
         objects=len(colours),
@@ -444,8 +430,10 @@ def _looks(request: BakeRequest) -> bool:
     return request.look and request.activate and request.quantity in ("lighting", "irradiance")
 
 
-def _doubts(result: BakeResult, settings: BakeSettings, stopped: bool, vertices: np.ndarray) -> list[str]:
-    """What in the result itself the user should know; ``vertices`` (V, 3) are those of all surfaces."""
+def _doubts(
+    result: BakeResult, settings: BakeSettings, stopped: bool, scene: bpy.types.Scene, surfaces: Scene
+) -> list[str]:
+    """What in the result itself the user should know."""
     doubts = []
     aim = settings.aimed_noise
     short = aim is not None and result.relative_error > aim * (1 + 1e-9)
@@ -463,7 +451,7 @@ def _doubts(result: BakeResult, settings: BakeSettings, stopped: bool, vertices:
             f"from most of what is baked, that rounding tells in their light: bake them alone, or move them nearer."
         )
     if not result.irradiance.any():
-        doubts.append(why_dark(vertices, result.photons))
+        doubts.append(why_dark(scene, surfaces.corners, result.photons))
     emitted = np.abs(result.emitted_flux).sum()
     cut = np.abs(result.cut_flux).sum()
     if cut > HARMLESS_CUT * emitted:

@@ -14,7 +14,7 @@ from PIL import Image
 
 #: what no line of output may hold but its own end
 CONTROL = re.compile(r"[\x00-\x09\x0b-\x1f\x7f-\x9f]")
-LONGEST = 60.0
+LONGEST = 300.0
 
 #: makes all scenes, in Blender: a plain and a compressed one, and others that read pipes or have names that steer
 MAKE = r"""import bpy, os, sys
@@ -41,6 +41,24 @@ for number, obj in enumerate(bpy.data.objects): obj.name = f"\x1b[2J\r\n{number}
 for material in bpy.data.materials: material.name = "\x9b31m\x1b]0;owned\x07"
 bpy.context.scene.name = "\x1b[2J"
 saved("names")
+opened()
+shown = bpy.context.scene
+shown.render.filepath = f"{folder}/elsewhere/render"
+if bpy.app.version < (5, 0):
+    shown.use_nodes = True
+    tree = shown.node_tree
+else:
+    tree = shown.compositing_node_group = bpy.data.node_groups.new("elsewhere", "CompositorNodeTree")
+file = tree.nodes.new("CompositorNodeOutputFile")
+if bpy.app.version < (5, 0):
+    file.base_path = f"{folder}/elsewhere"
+else:
+    file.directory = f"{folder}/elsewhere"
+    file.file_output_items.new("RGBA", "Image")
+tree.links.new(tree.nodes.new("CompositorNodeRLayers").outputs[0], file.inputs[0])
+cloth = next(each for each in shown.objects if each.type == "MESH").modifiers.new("cloth", "CLOTH")
+cloth.point_cache.use_disk_cache = True
+saved("elsewhere")
 os._exit(0)"""
 
 
@@ -79,8 +97,9 @@ def tried(program: list[str], work: Path) -> Iterator[tuple[str, float, list[str
     (work / "link.json").symlink_to(work / "linked.json")
     (work / "pipe.json").symlink_to(work / "pipe")
 
-    def run(kind: str, status: int, words: str, scene: str, *more: str, redirect: str = "", **variables: str):
-        arguments = [*program, str(work / scene), "-o", f"{work}/out/", "--photons", "20000", "--radius", "0.3", *more]
+    def run(kind: str, status: int, words: str, scene: str, *more: str, redirect="", lines=1, **variables: str):
+        quick = ["--photons", "20000", "--radius", "0.3", "--indirect", "off", "--fit", "vertices"]
+        arguments = [*program, str(work / scene) if scene != "-" else "-", "-o", f"{work}/out/", *quick, *more]
         begin, faults = time.perf_counter(), []
         try:
             done = subprocess.run(
@@ -91,7 +110,7 @@ def tried(program: list[str], work: Path) -> Iterator[tuple[str, float, list[str
             faults += [] if done.returncode == status else [f"exit {done.returncode}"]
             faults += [] if words in said else [f"said: {said[-200:]!r}"]
             faults += ["control characters"] if CONTROL.search(said) or "\nSaved it" in said else []
-            faults += ["more than a sentence"] if status and len(said.strip().splitlines()) != 1 else []
+            faults += ["more than a sentence"] if status and lines and len(said.strip().splitlines()) != lines else []
         except subprocess.TimeoutExpired:
             faults.append("hangs")
         return kind, time.perf_counter() - begin, faults
@@ -115,3 +134,17 @@ def tried(program: list[str], work: Path) -> Iterator[tuple[str, float, list[str
     yield run("a full standard output", 0, "", "plain.blend", redirect=">/dev/full")
     yield run("closed standard streams", 0, "", "plain.blend", redirect=">&- 2>&- <&-")
     yield run("a terminal of ASCII", 0, "Saved", name, PYTHONIOENCODING="ascii:strict")
+    (work / "home").mkdir()
+    home = {"HOME": str(work / "home"), "XDG_CACHE_HOME": str(work / "home")}
+    before = [path.name for path in work.iterdir()]
+    picture = ["--preview", str(work / "out" / "p.png")]
+    yield run("a scene whose outputs and caches lead elsewhere", 0, "Saved", "elsewhere.blend", *picture, **home)
+    strays = [path.name for path in work.iterdir() if path.name not in before]
+    strays += [path.name for path in (work / "home").rglob("*") if path.is_file()]
+    yield "what that wrote beside the outputs", 0.0, [f"wrote {name}" for name in strays]
+    (work / "list").write_bytes(b"\0".join(os.fsencode(str(work / each)) for each in ("pipe.blend", name, "cut.blend")))
+    yield run(
+        "a list of hostile files", 1, "1 baked, 2 failed", "-", "--report", report, lines=0,
+        redirect=f"<{work}/list", PYTHONIOENCODING="ascii:strict",
+    )  # fmt: skip
+    yield run("a list without an end", 2, "does not end", "-", lines=0, redirect="</dev/zero")

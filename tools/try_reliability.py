@@ -25,24 +25,25 @@ from reliability_trials import OUTPUTS, Trials, table
 SCENE = Path(__file__).parents[1] / "sample_blends" / "cornell_box.blend"
 PROGRAM = [sys.executable, "-c", "from detp.detp_addon.command.console import console; console()", "bake"]
 #: seconds that a process may take to end after a signal, and that any may take at all
-PROMPT, LONGEST = 2.0, 120.0
+PROMPT, LONGEST = 2.0, 300.0
 
 
 def leftovers(*folders: Path) -> list[str]:
     return [f"left {path.name}" for folder in folders for path in folder.iterdir() if path.name.startswith(".detp")]
 
 
-def arguments_in(folder: Path) -> list[str]:
-    names = [str(folder / name) for name in OUTPUTS]
-    quick = ["--photons", "20000", "--radius", "0.3"]
-    return [str(folder / "scene.blend"), "-o", names[0], "--report", names[1], "--preview", names[2], *quick]
+def arguments_in(folder: Path, drawn: bool = True) -> list[str]:
+    scene, report, picture = (str(folder / name) for name in OUTPUTS)
+    quick = ["--photons", "20000", "--radius", "0.3", "--indirect", "off", "--fit", "vertices"]
+    drawing = ["--preview", picture] if drawn else []
+    return [str(folder / "scene.blend"), "-o", scene, "--report", report, *drawing, *quick]
 
 
 def environment(temporary: Path) -> dict:
     return {**os.environ, "TMPDIR": str(temporary)}
 
 
-def interrupt(trials: Trials, number: signal.Signals, moment: float, folder: Path) -> None:
+def interrupt(trials: Trials, number: signal.Signals, moment: float, folder: Path, drawn: bool) -> None:
     """Bake, send the signal after so many seconds, and look; after a kill another run must find nothing in its way."""
     temporary = folder / "tmp"
     temporary.mkdir()
@@ -50,7 +51,7 @@ def interrupt(trials: Trials, number: signal.Signals, moment: float, folder: Pat
     for name in OUTPUTS:
         (folder / name).write_bytes(b"old")
     process = subprocess.Popen(
-        [*PROGRAM, *arguments_in(folder)], env=environment(temporary), stdout=subprocess.DEVNULL,
+        [*PROGRAM, *arguments_in(folder, drawn)], env=environment(temporary), stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
     time.sleep(moment)
@@ -69,12 +70,13 @@ def interrupt(trials: Trials, number: signal.Signals, moment: float, folder: Pat
         faults.append(f"took {seconds:.1f} s")
     if said.strip() not in ("", "detp: cancelled") and not early:
         faults.append(said.strip().splitlines()[-1])
-    faults += trials.outputs(folder, old=True, done=status == 0)
+    faults += trials.outputs(folder, old=True, done=status == 0, drawn=drawn)
     if (folder / "scene.blend").read_bytes() != SCENE.read_bytes():
         faults.append("the scene was changed")
     if number == signal.SIGKILL:
-        again = [part for part in arguments_in(folder) if part not in ("--preview", str(folder / "p.png"))]
-        subprocess.run([*PROGRAM, *again], env=environment(temporary), capture_output=True, check=True)
+        subprocess.run(
+            [*PROGRAM, *arguments_in(folder, drawn=False)], env=environment(temporary), capture_output=True, check=True
+        )
     faults += leftovers(folder, temporary)
     when = "before the program's first line" if early else "in the first 2 s" if moment < 2 else "later"
     trials.note(f"{number.name}, {when}", seconds, [f"{fault} at {moment:.2f} s" for fault in faults])
@@ -122,12 +124,14 @@ def fill(trials: Trials, share: float, need: int, source: Path, folder: Path) ->
     trials.note(f"disk with room for a part, {kind}: {outcome}", seconds, [f"{each} at {share:.0%}" for each in faults])
 
 
-def needed(source: Path) -> int:
-    """Bytes that all outputs of a bake of ``source`` take."""
+def needed(source: Path, drawn: bool = True) -> tuple[int, float]:
+    """Bytes that all outputs of a bake of ``source`` take, and its seconds."""
+    begin = time.perf_counter()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        subprocess.run([*PROGRAM, str(source), *arguments_in(folder)[1:]], capture_output=True, check=True)
-        return sum((folder / output).stat().st_size for output in OUTPUTS)
+        subprocess.run([*PROGRAM, str(source), *arguments_in(folder, drawn)[1:]], capture_output=True, check=True)
+        size = sum((folder / output).stat().st_size for output in OUTPUTS if (folder / output).exists())
+    return size, time.perf_counter() - begin
 
 
 def main() -> int:
@@ -144,15 +148,15 @@ def main() -> int:
         work = Path(name)
         (work / "kept").mkdir()
         trials = Trials(work / "kept")
-        begin = time.perf_counter()
         sources = hostile_files.both_kinds(SCENE, work)
-        needs = [needed(source) for source in sources]
-        whole = (time.perf_counter() - begin) / 2
+        needs = [needed(source)[0] for source in sources]
+        whole = [needed(sources[0], drawn)[1] for drawn in (False, True)]
         for trial in range(options.interrupts):
             number = (signal.SIGINT, signal.SIGTERM, signal.SIGINT, signal.SIGKILL)[trial % 4]
-            moment = chance.uniform(0, 2) if trial % 8 < 4 else chance.uniform(2, whole)
+            drawn = trial % 16 >= 12  # drawing takes longest
+            moment = chance.uniform(0, 2) if trial % 8 < 4 else chance.uniform(2, whole[drawn])
             with tempfile.TemporaryDirectory() as folder:
-                interrupt(trials, number, moment, Path(folder))
+                interrupt(trials, number, moment, Path(folder), drawn)
         options.output.write_text(table(trials, options), encoding="utf-8")
         for trial in range(options.disks):
             with tempfile.TemporaryDirectory() as folder:

@@ -6,8 +6,8 @@ import shutil
 import time
 from typing import TextIO
 
-from ..job import JobProgress
-from .terminal import escaped, put
+from ..steps import JobProgress
+from .terminal import complain, escaped, put
 
 #: seconds between two lines in a pipe, and between two redraws of the bar
 LINE_INTERVAL = 3.0
@@ -16,10 +16,14 @@ BAR_WIDTH = 24
 
 
 class ProgressDisplay:
-    """Shows the progress of one scene after another on ``stream``, and prints the lines between them."""
+    """Shows the progress of one scene after another on ``stream``, and prints the lines between them.
 
-    def __init__(self, stream: TextIO | None, quiet: bool = False):
+    Where that is no terminal a line on the progress comes every ``interval`` seconds.
+    """
+
+    def __init__(self, stream: TextIO | None, quiet: bool = False, interval: float = LINE_INTERVAL):
         self._stream = stream
+        self._interval = interval
         self._quiet = quiet
         self._bar = stream is not None and not stream.closed and stream.isatty()
         self._shown = ""
@@ -32,12 +36,12 @@ class ProgressDisplay:
             return
         now = time.monotonic()
         new_phase = progress.phase not in self._phases
-        if not new_phase and now - self._last < (BAR_INTERVAL if self._bar else LINE_INTERVAL):
+        if not new_phase and now - self._last < (BAR_INTERVAL if self._bar else self._interval):
             return
         self._phases.add(progress.phase)
         self._last = now
         title = escaped(title)
-        left = f", {_duration(progress.remaining)} left" if progress.remaining is not None else ""
+        left = f", {duration(progress.remaining)} left" if progress.remaining is not None else ""
         if not self._bar:
             self._write(f"{title}: {progress.phase}, {progress.fraction:.0%}{left}\n")
             return
@@ -49,23 +53,32 @@ class ProgressDisplay:
 
     def end(self) -> None:
         """Take the bar away; the next job starts anew."""
-        if self._shown:
-            self._write("\r" + " " * len(self._shown) + "\r")
-        self._shown = ""
+        self._clear()
         self._phases = set()
         self._last = -float("inf")
 
     def line(self, text: str) -> None:
         """Print a line of its own."""
         if not self._quiet:
+            self._clear()
             self._write(escaped(text) + "\n")
+
+    def complain(self, text: str) -> None:
+        """Print a line of its own on standard error."""
+        self._clear()
+        complain(text)
+
+    def _clear(self) -> None:
+        if self._shown:
+            self._write("\r" + " " * len(self._shown) + "\r")
+        self._shown = ""
 
     def _write(self, text: str) -> None:
         # When the reader has seen enough, as in "| head", or the disk behind a log is full, the bake goes on.
         self._quiet = not put(text, self._stream)
 
 
-def _duration(seconds: float) -> str:
-    """``8 s`` or ``2:05 min``."""
+def duration(seconds: float) -> str:
+    """``8 s`` or ``2:05 min``; at least 1 s."""
     whole = max(1, round(seconds))
     return f"{whole} s" if whole < 60 else f"{whole // 60}:{whole % 60:02d} min"

@@ -26,8 +26,10 @@ except ImportError:  # it comes with Blender, as a module too
 #: first bytes of a .blend: as it is, or compressed by zstd (Blender 3.0 on) or gzip (before)
 PLAIN, ZSTD, GZIP = b"BLENDER", b"\x28\xb5\x2f\xfd", b"\x1f\x8b"
 
-#: blocks of images, libraries, fonts, sounds, clips, caches and volumes: Blender opens the files that they name
-_NAMING = {code + b"\0\0" for code in (b"IM", b"LI", b"VF", b"SO", b"MC", b"CF", b"VO")}
+#: blocks of images, libraries, caches and volumes, whose files may change the light
+LIT_BY = frozenset(code + b"\0\0" for code in (b"IM", b"LI", b"CF", b"VO"))
+#: and of fonts, sounds and clips: Blender opens all files that they name
+_NAMING = LIT_BY | {code + b"\0\0" for code in (b"VF", b"SO", b"MC")}
 _PATH = re.compile(rb"(?://|/|[A-Za-z]:[\\/])[^\0]+")
 _TILE = re.compile("<UDIM>|<UVTILE>")
 
@@ -46,16 +48,25 @@ class CutShortError(UnreadableFileError):
 
 def check_sound(path: Path) -> None:
     """Raise UnreadableFileError when the scene, or a library it is linked to, would keep Blender busy for ever."""
+    for scene, other in named_files(path):
+        if is_special(other):
+            raise UnreadableFileError(
+                f"The scene '{scene}' reads '{other}', which is a pipe or a device: name a file there."
+            )
+
+
+def named_files(path: Path, kinds: frozenset[bytes] = _NAMING) -> Iterator[tuple[Path, Path]]:
+    """What blocks of those ``kinds`` name, in a scene and in the libraries it is linked to: (who names it, the path).
+
+    Raises UnreadableFileError on what would keep Blender busy for ever; damage that Blender notices ends the list.
+    """
     waiting, known = [path], set()
     while waiting:
         scene = waiting.pop()
         known.add(os.path.realpath(scene))
-        for code, data in _sound_blocks(scene):
+        for code, data in sound_blocks(scene, kinds):
             for other in _named(data, scene.absolute().parent):
-                if is_special(other):
-                    raise UnreadableFileError(
-                        f"The scene '{scene}' reads '{other}', which is a pipe or a device: name a file there."
-                    )
+                yield scene, other
                 if code.startswith(b"LI") and os.path.isfile(other) and os.path.realpath(other) not in known:
                     waiting.append(other)
 
@@ -91,10 +102,14 @@ def blocks(file: BinaryIO, wanted: set[bytes] = frozenset()) -> Iterator[tuple[b
             file.seek(length, os.SEEK_CUR)
 
 
-def _sound_blocks(path: Path) -> Iterator[tuple[bytes, bytes]]:
+def sound_blocks(path: Path, wanted: frozenset[bytes]) -> Iterator[tuple[bytes, bytes]]:
+    """The ``wanted`` :func:`blocks` of a .blend, compressed or not, as far as it can be read.
+
+    Raises UnreadableFileError on what would keep Blender busy for ever.
+    """
     try:
         with open(path, "rb") as file:
-            yield from blocks(_Unpacked(file), _NAMING)
+            yield from blocks(_Unpacked(file), wanted)
     except (CutShortError, OSError):
         return  # Blender says what it thinks of that
     except UnreadableFileError as error:

@@ -7,21 +7,23 @@ from pathlib import Path
 
 from ...core.errors import InvalidSettingError, UnreadableFileError
 from .blend_blocks import GZIP, PLAIN, ZSTD, check_sound, is_special
+from .find_scenes import BAKED, FoundScene
 from .write_files import reason
 
 
-def plan_outputs(scenes: list[Path], output: str | None) -> list[Path]:
+def plan_outputs(scenes: list[FoundScene], output: str | None) -> list[Path]:
     """The file that each scene's bake goes to.
 
     ``output`` is None for ``<scene>_baked.blend`` beside each scene, a .blend file when there is one scene, or a
-    folder. Raises InvalidSettingError when two bakes would meet in one file, or one would overwrite a scene that
-    ``output`` does not name.
+    folder, in which the scenes' own folders are kept. Raises InvalidSettingError when two bakes would meet in one
+    file, or one would overwrite a scene that ``output`` does not name.
     """
+    several = len(scenes) > 1
     if output is None:
-        outputs = [scene.with_name(f"{scene.stem}_baked.blend") for scene in scenes]
-    elif os.path.isdir(output) or output.endswith(("/", os.sep)) or (len(scenes) > 1 and not _is_blend(output)):
-        outputs = [Path(output) / f"{scene.stem}_baked.blend" for scene in scenes]
-    elif len(scenes) > 1:
+        outputs = [scene.path.with_name(f"{scene.path.stem}{BAKED}") for scene in scenes]
+    elif os.path.isdir(output) or output.endswith(("/", os.sep)) or (several and not _is_blend(output)):
+        outputs = [Path(output) / scene.folder / f"{scene.path.stem}{BAKED}" for scene in scenes]
+    elif several:
         raise InvalidSettingError(f"{len(scenes)} scenes cannot go into the one file '{output}': name a folder.")
     elif not _is_blend(output):
         raise InvalidSettingError(
@@ -29,39 +31,48 @@ def plan_outputs(scenes: list[Path], output: str | None) -> list[Path]:
         )
     else:
         return [Path(os.path.realpath(output))]
-    inputs = {os.path.realpath(scene): scene for scene in scenes}
+    inputs = {_place(scene.path): scene.path for scene in scenes}
     sources = {}
     for scene, path in zip(scenes, outputs, strict=True):
-        target = os.path.realpath(path)
+        target = _place(path)
         if target in inputs:
             raise InvalidSettingError(
-                f"The bake of '{scene}' would overwrite the scene '{inputs[target]}': name a folder with -o."
+                f"The bake of '{scene.path}' would overwrite the scene '{inputs[target]}': name a folder with -o."
             )
         if target in sources:
             raise InvalidSettingError(
-                f"'{sources[target]}' and '{scene}' would both be written to '{path}': bake them one by one."
+                f"'{sources[target]}' and '{scene.path}' would both be written to '{path}': bake them one by one, or "
+                f"name the folder that holds both, with --recursive."
             )
-        sources[target] = scene
+        sources[target] = scene.path
     return outputs
 
 
 def plan_side_files(
-    scenes: list[Path], preview: str | None, report: str | None
+    scenes: list[FoundScene], preview: str | None, report: str | None
 ) -> tuple[list[Path | None], Path | None]:
     """Each scene's picture, with the scene's name added when there are several, and the report's file.
 
-    Raises InvalidSettingError when they are not named as what they are, or would overwrite a scene, or each other.
+    The scenes' own folders are kept. Raises InvalidSettingError when they are not named as what they are, or would
+    overwrite each other.
     """
     previews = [None] * len(scenes)
     if preview is not None:
         path = _suffixed(preview, ".png")
-        alone = len(scenes) == 1
-        previews = [path if alone else path.with_name(f"{path.stem}_{scene.stem}{path.suffix}") for scene in scenes]
-        if len(set(previews)) < len(previews):
+        previews = [path]
+        if len(scenes) > 1:
+            previews = [path.parent / each.folder / f"{path.stem}_{each.path.stem}{path.suffix}" for each in scenes]
+        if len({_place(each) for each in previews}) < len(previews):
             raise InvalidSettingError(
-                "Two scenes have the same name, so their previews would too: bake them one by one."
+                "Two scenes have the same name, so their previews would too: bake them one by one, or name the folder "
+                "that holds both, with --recursive."
             )
     return previews, None if report is None else _suffixed(report, ".json")
+
+
+def _place(path: Path) -> str:
+    """Equal for equal files, on systems that tell capitals apart and on those that do not."""
+    return os.path.normcase(os.path.realpath(path))
 
 
 def _suffixed(path: str, suffix: str) -> Path:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import shutil
+import stat
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -18,6 +19,8 @@ from .whole_files import check_whole
 #: how systems say that nothing more goes there: no space, no quota, a limit on the size of files
 _FULL = {errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC)}
 
+_WRITE = stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH
+
 #: room to look for when something failed and nobody said why
 _ROOM = 1 << 20
 
@@ -27,7 +30,8 @@ def check_writable(path: Path) -> None:
     place = _target(path)
     if place.is_dir():
         raise UnwritableFileError(f"Cannot write '{path}': it is a folder.")
-    if place.exists() and not os.access(place, os.W_OK):
+    # An administrator may write to any file, but somebody has protected this one.
+    if place.exists() and not (os.access(place, os.W_OK) and place.stat().st_mode & _WRITE):
         raise UnwritableFileError(f"Cannot write '{path}': the file is write-protected.")
     folder = place.parent
     while not folder.exists():
@@ -102,12 +106,16 @@ def save_blend(path: Path, compress: bool) -> None:
     import bpy
 
     def write(made: Path) -> None:
+        paths = bpy.context.preferences.filepaths
+        kept, paths.file_preview_type = paths.file_preview_type, "NONE"  # it would go to the user's own folder as well
         try:
             bpy.ops.wm.save_as_mainfile(
                 filepath=str(made), copy=True, relative_remap=True, compress=compress, check_existing=False
             )
         except RuntimeError as error:
             raise UnwritableFileError(f"Blender cannot write '{path}': {reason(error)}.") from None
+        finally:
+            paths.file_preview_type = kept
 
     source = bpy.data.filepath
     # The bake adds its colours to what the scene was.

@@ -13,13 +13,13 @@ _factors: dict[tuple[str, str], float] = {}
 
 def forecast_of(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, request: BakeRequest) -> Forecast | None:
     """What baking the scene as ``request`` says is likely to take; None when there is nothing to bake."""
-    points = _points(view_layer, request)
+    points = _points(scene, view_layer, request)
     return forecast(points, request.settings, _factors.get(_key(scene), 1.0)) if points else None
 
 
 def remember(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, request: BakeRequest, seconds: float) -> None:
     """Correct the forecasts of this scene by the ``seconds`` that ``request`` took; it must have come to its end."""
-    plain = forecast(_points(view_layer, request), request.settings)
+    plain = forecast(_points(scene, view_layer, request), request.settings)
     if request.settings.seconds is None and plain.seconds > 0:
         _factors[_key(scene)] = seconds / plain.seconds
 
@@ -34,9 +34,6 @@ def _key(scene: bpy.types.Scene) -> tuple[str, str]:
     return bpy.data.filepath, scene.name
 
 
-def _points(view_layer: bpy.types.ViewLayer, request: BakeRequest) -> int:
-    """About how many points the settings ask for: corners or vertices of the meshes that will be baked."""
-    objects = [obj for obj in view_layer.objects if obj.type == "MESH" and not obj.hide_render]
-    if request.targets == "selected":
-        objects = [obj for obj in objects if obj.select_get(view_layer=view_layer)]
-    return sum(len(obj.data.loops) for obj in objects)
+def _points(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, request: BakeRequest) -> int:
+    """About how many points ``request`` asks for."""
+    return likely_points(scene, view_layer, request.targets)

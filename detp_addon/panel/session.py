@@ -8,8 +8,8 @@ from collections.abc import Generator
 from dataclasses import dataclass, replace
 
 from ...core.errors import DetpError
-from ..job import JobProgress
 from ..report import BakeReport, Brightness
+from ..steps import JobProgress
 
 
 @dataclass(frozen=True)

@@ -3,9 +3,10 @@
 import math
 
 import bpy
+import numpy as np
 import pytest
 from detp.detp_addon.command.command import main
-from small_scenes import cube, grid, lamp, saved
+from small_scenes import colours, cube, grid, lamp, opened, saved
 
 NAN = float("nan")
 
@@ -17,11 +18,12 @@ def _floor_and_lamp():
     lamp()
 
 
-def said(tmp_path, capsys, status):
+def said(tmp_path, capsys, status, *more):
     path = saved(tmp_path / "scene.blend")
     capsys.readouterr()
     assert (
-        main(["bake", str(path), "--photons", "5000", "--radius", "0.3", "-o", str(tmp_path / "out.blend")]) == status
+        main(["bake", str(path), "--photons", "5000", "--radius", "0.3", "-o", str(tmp_path / "out.blend"), *more])
+        == status
     )
     printed = capsys.readouterr()
     if status == 0:
@@ -108,10 +110,35 @@ def test_a_lamp_behind_the_floor_is_still_told_as_such(tmp_path, capsys):
     assert "normals that point away" in said(tmp_path, capsys, 0)
 
 
+@pytest.mark.parametrize(
+    ("height", "where"), [(0.0, "in the plane of a face"), (-1e-5, "0.01 mm behind a face"), (-1e-2, "10 mm behind")]
+)
+def test_a_lamp_that_has_sunk_into_a_face_is_named(tmp_path, capsys, height, where):
+    bpy.data.objects["Lamp"].location = (0.1, 0.05, height)
+    words = said(tmp_path, capsys, 0)
+    assert f"All that was baked is dark: the light 'Lamp' lies {where}" in words and "normals" not in words
+
+
+@pytest.mark.parametrize(("height", "stray"), [(1e-5, None), (3.0, 1e5)])
+def test_a_lamp_just_above_a_face_and_one_beside_a_stray_object_light_it(tmp_path, capsys, height, stray):
+    """E / pi is P h / 4 pi^2 r^3, as Blender lights with a power P of 100 W."""
+    bpy.data.objects["Lamp"].location = (0.1, 0.05, height)
+    bpy.data.lights["Lamp"].shadow_soft_size = 0
+    if stray:
+        cube("Stray", location=(stray, 0, 0))
+    assert "dark" not in said(tmp_path, capsys, 0, "--fit", "vertices")
+    opened(tmp_path / "out.blend")
+    places = np.array([corner.co for corner in floor().data.vertices])
+    distances = np.linalg.norm(places - (0.1, 0.05, height), axis=1)
+    rows = [loop.vertex_index for loop in floor().data.loops]
+    expected = 100 / (4 * np.pi**2) * height / distances**3
+    np.testing.assert_allclose(colours("Floor")[:, 0], expected[rows], rtol=0.01)
+
+
 def test_an_object_astray_is_named_if_it_makes_all_dark(tmp_path, capsys):
     cube("Stray", location=(1e9, 0, 0))
     words = said(tmp_path, capsys, 0)
-    if "dark" in words or "None of" in words:
+    if "dark" in words or "No light met" in words:
         assert "'Stray' reaches 1000000 km away" in words
 
 

@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 import pytest
 from detp.core.errors import SceneBusyError
-from detp.detp_addon.command import batch
+from detp.detp_addon.command import bake_file
 from detp.detp_addon.command.command import main
 from detp.detp_addon.preview import render_preview as preview
 from PIL import Image
@@ -174,7 +174,7 @@ def test_linked_meshes_shade_and_reflect_but_are_not_written(tmp_path, capsys):
     bpy.context.collection.objects.link(wanted.objects[0])
     shaded = saved(tmp_path / "shaded.blend")
     before = library.read_bytes()
-    assert main(["bake", str(free), str(shaded), *QUICK]) == 0
+    assert main(["bake", str(free), *QUICK]) == main(["bake", str(shaded), *QUICK]) == 0
     printed = capsys.readouterr().out
     assert printed.count("'Linked' is linked from the library") == 1
     assert library.read_bytes() == before
@@ -185,9 +185,7 @@ def test_linked_meshes_shade_and_reflect_but_are_not_written(tmp_path, capsys):
     assert light["shaded"] < 0.8 * light["free"]
 
 
-def test_several_scenes_share_a_folder_a_report_and_a_preview_name(scene, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(preview, "WIDTH", 160)
-    monkeypatch.setattr(preview, "HEIGHT", 90)
+def test_several_scenes_share_a_folder_a_report_and_a_preview_name(scene, tmp_path, capsys):
     lamp(location=(-1, 0, 2))
     second = saved(tmp_path / "second.blend")
     out, report, picture = tmp_path / "out", tmp_path / "r.json", tmp_path / "p.png"
@@ -205,7 +203,7 @@ def test_several_scenes_share_a_folder_a_report_and_a_preview_name(scene, tmp_pa
         f"  {missing}: The file '{missing}' does not exist.",
     ]
     for name in ("scene", "second"):
-        assert Image.open(tmp_path / f"p_{name}.png").size == (160, 90)
+        assert Image.open(tmp_path / f"p_{name}.png").size == (preview.WIDTH, preview.HEIGHT)
         assert f"Drew {tmp_path / f'p_{name}.png'}, exposed by " in printed.out
     opened(out / "second_baked.blend")
     assert len(bpy.data.materials) == 1 and len(bpy.data.worlds) == 0 and len(bpy.data.cameras) == 0
@@ -260,7 +258,7 @@ def test_a_preview_that_fails_does_not_hide_the_bake(scene, tmp_path, capsys, mo
     def no_picture(*_):
         raise SceneBusyError("Blender could not draw.")
 
-    monkeypatch.setattr(batch, "render_preview", no_picture)
+    monkeypatch.setattr(bake_file, "render_preview", no_picture)
     report = tmp_path / "r.json"
     arguments = ["--preview", str(tmp_path / "p.png"), "--report", str(report)]
     assert main(["bake", str(scene), *QUICK, *arguments]) == 1

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from detp.core.errors import AttributeNameTakenError, InvalidSettingError, NotBakedError
 from detp.core.settings import BakeSettings
+from detp.core.stages import finished
 from detp.detp_addon.command.command import main
 from detp.detp_addon.job import BakeRequest, bake_scene
-from detp.detp_addon.steps import finished
 from detp.detp_addon.writing.baked_layers import light_of
 from detp.detp_addon.writing.encoding import Encoding, encoded, fit_stored, fitted_scale
 from detp.detp_addon.writing.write_attributes import MeshColours, write_colours

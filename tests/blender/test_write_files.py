@@ -38,6 +38,10 @@ def test_unwritable_places_are_found_before_the_work(tmp_path, monkeypatch):
     (tmp_path / "file").touch()
     with pytest.raises(UnwritableFileError):
         check_writable(tmp_path / "file" / "a.blend")
+    (tmp_path / "file").chmod(0o444)  # which an administrator could write to
+    with pytest.raises(UnwritableFileError, match="write-protected"):
+        check_writable(tmp_path / "file")
+    (tmp_path / "file").chmod(0o644)
     monkeypatch.setattr(os, "access", lambda path, mode: False)
     with pytest.raises(UnwritableFileError, match="write-protected"):
         check_writable(tmp_path / "file")

@@ -1,0 +1,197 @@
+"""The options of ``detp bake``, and the core's settings that they mean; without Blender."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+
+from ...core.settings import DIRECT_LIGHT, ESTIMATORS, GATHERERS, INDIRECT_LIGHT, QUALITIES, BakeSettings
+
+
+def add_bake(commands, run: Callable[[argparse.Namespace], int], epilog: str) -> None:
+    """Add the subcommand to argparse's ``commands``; ``run`` does it."""
+    bake = commands.add_parser(
+        "bake", help="bake scenes and save them", description="Bake each scene's light into its vertex colours.",
+        epilog=epilog,
+    )  # fmt: skip
+    bake.set_defaults(run=run)
+    _add_files(bake)
+    _add_what(bake)
+    _add_how(bake)
+
+
+def _add_files(bake: argparse.ArgumentParser) -> None:
+    """What is baked, where it goes, and how many files at a time."""
+    bake.add_argument(
+        "scenes", nargs="+", metavar="SCENE.blend|FOLDER|PATTERN|-",
+        help="scenes to bake, folders of them, patterns such as 'levels/*.blend', or - for a list on standard input; "
+        "first in the line",
+    )  # fmt: skip
+    bake.add_argument("--recursive", action="store_true", help="look into folders of folders, and keep them in outputs")
+    bake.add_argument(
+        "-o", dest="output", metavar="FILE.blend|FOLDER",
+        help="where the baked scene goes, for several scenes a folder (default: <scene>_baked.blend beside each)",
+    )  # fmt: skip
+    bake.add_argument("--report", metavar="FILE.json", help="say there what was done, one entry per scene")
+    bake.add_argument(
+        "--preview", metavar="FILE.png", help="draw the baked colours there; several scenes: FILE_<scene>.png each"
+    )
+    bake.add_argument("--quiet", action="store_true", help="print errors only")
+    bake.add_argument(
+        "--jobs", type=int, default=1, metavar="N",
+        help="bake so many files at a time (default: 1); of several files each has a process of its own",
+    )  # fmt: skip
+    bake.add_argument(
+        "--resume", action="store_true",
+        help="skip files whose output is there already, of the same content and options",
+    )  # fmt: skip
+    bake.add_argument(
+        "--time-limit", type=_seconds, metavar="10m", help="give a file up that takes longer than that in all"
+    )
+    bake.add_argument(
+        "--dry-run", action="store_true", help="bake nothing, but say how long each file is likely to take"
+    )
+
+
+def _add_what(bake: argparse.ArgumentParser) -> None:
+    """Which light of which objects, and in which colours."""
+    bake.add_argument(
+        "--objects", nargs="+", action="extend", metavar="NAME", help="mesh objects to bake (default: all visible)"
+    )
+    bake.add_argument("--scene", metavar="NAME", help="scene of the file (default: the active one)")
+    bake.add_argument("--all-scenes", action="store_true", help="bake every scene of the file that has meshes")
+    bake.add_argument("--view-layer", metavar="NAME", help="view layer of the scene (default: the active one)")
+    bake.add_argument(
+        "--apply-modifiers", action="store_true",
+        help="apply what changes the faces (Array, Mirror, ...) in the output, so that every copy has its own light",
+    )  # fmt: skip
+    bake.add_argument(
+        "--attribute", default="irradiance", metavar="NAME", help="colour attribute (default: irradiance)"
+    )
+    bake.add_argument(
+        "--domain", choices=("corner", "point"), default="corner",
+        help="corner: every face its own light; point: one colour per vertex (default: corner)",
+    )  # fmt: skip
+    bake.add_argument(
+        "--fit", choices=("faces", "vertices"), default="faces",
+        help="faces: colours such that faces show their light between them; vertices: the light at the vertices "
+        "themselves (default: faces)",
+    )  # fmt: skip
+    bake.add_argument(
+        "--subdivide", type=int, default=0, metavar="TIMES",
+        help="up to so many times, divide the faces of the output whose light their vertices cannot show (default: 0)",
+    )  # fmt: skip
+    bake.add_argument(
+        "--quantity", choices=("lighting", "irradiance", "shaded", "ambient-occlusion"), default="lighting",
+        help="lighting: E/pi, white = 1; irradiance: E in W/m2; shaded: albedo E/pi + emission; "
+        "ambient-occlusion: open share of the hemisphere (default: lighting)",
+    )  # fmt: skip
+    bake.add_argument(
+        "--split", action="store_true",
+        help="write direct and indirect light also apart, as <attribute>_direct and <attribute>_indirect",
+    )  # fmt: skip
+    bake.add_argument(
+        "--activate", choices=("on", "off"), default="on",
+        help="make the colours those that viewport and renders show; off: these stay as they are (default: on)",
+    )  # fmt: skip
+    bake.add_argument(
+        "--exposure", type=_stops, default=0.0, metavar="STOPS|fit",
+        help="store the light times 2^STOPS; fit: so that 99 %% of a scene's lit colours are 1 or less (default: 0)",
+    )  # fmt: skip
+    bake.add_argument("--clamp", action="store_true", help="cut colours at 1, as many formats and engines do")
+    bake.add_argument(
+        "--storage", choices=("float", "byte"), default="float",
+        help="float: 32 bits a channel; byte: 8, in sRGB encoding and cut at 1 (default: float)",
+    )  # fmt: skip
+    bake.add_argument(
+        "--use-in-material", nargs="?", const="auto", choices=("auto", "unlit", "base-color"), metavar="WAY",
+        help="put the light into the materials, so that renders show it and glTF exports carry it; unlit: no lamp adds "
+        "to it; base-color: it multiplies the base colour; auto: base-color for ambient occlusion, else unlit "
+        "(default: auto)",
+    )  # fmt: skip
+    bake.add_argument(
+        "--ao-distance", type=float, metavar="METRES",
+        help="ambient occlusion: how near a surface must be to occlude (default: a fifth of the scene's radius)",
+    )  # fmt: skip
+
+
+def _add_how(bake: argparse.ArgumentParser) -> None:
+    """How well, how long, and by which of the core's ways."""
+    defaults = BakeSettings()
+    bake.add_argument("--quality", choices=tuple(QUALITIES), default=defaults.quality, help="(default: %(default)s)")
+    bake.add_argument(
+        "--error", type=_share, metavar="5%",
+        help="bake until half of the lit points are off by less, however long it takes (default: from the quality)",
+    )  # fmt: skip
+    bake.add_argument(
+        "--time", type=_seconds, metavar="10s", help="bake each scene for so long, from opening to saving it"
+    )
+    bake.add_argument("--photons", type=int, metavar="N", help="particles to emit (default: as the error needs)")
+    bake.add_argument("--radius", type=float, metavar="METRES", help="of the tangent discs (default: automatic)")
+    bake.add_argument(
+        "--bounces", type=int, default=defaults.bounces, metavar="N", help="at most (default: %(default)s)"
+    )
+    bake.add_argument(
+        "--direct",
+        choices=DIRECT_LIGHT,
+        help="how light straight from the lights is found (default: shadow-rays; photons with the plain estimator)",
+    )
+    bake.add_argument(
+        "--indirect",
+        choices=INDIRECT_LIGHT,
+        help="how light over reflections is found (default: gather; photons with the plain estimator)",
+    )
+    bake.add_argument("--seed", type=int, default=defaults.seed, metavar="N", help="of the random numbers (default: 0)")
+    bake.add_argument("--gatherer", choices=GATHERERS, default=defaults.gatherer, help="(default: %(default)s)")
+    bake.add_argument(
+        "--estimator", choices=ESTIMATORS, default=defaults.estimator,
+        help="visible: the part of each disc that its point sees; plain: the whole disc, as in the study of 2006, dark "
+        "in concave corners (default: %(default)s)",
+    )  # fmt: skip
+
+
+def _share(text: str) -> float:
+    """``5%`` or ``0.05``."""
+    number, percent = text.strip().removesuffix("%"), text.strip().endswith("%")
+    try:
+        return float(number) / (100 if percent else 1)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is no error: say 5% or 0.05") from None
+
+
+def _stops(text: str) -> float | None:
+    """``-2``, ``1.5``, or ``fit``, which is None."""
+    try:
+        return None if text.strip().lower() == "fit" else float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is no exposure: say a number of stops such as -2, or fit") from None
+
+
+def _seconds(text: str) -> float:
+    """``90``, ``90s``, ``1.5m`` or ``1h``."""
+    units = {"s": 1.0, "m": 60.0, "h": 3600.0}
+    number, unit = text.strip().lower(), "s"
+    if number[-1:] in units:
+        number, unit = number[:-1], number[-1]
+    try:
+        return float(number) * units[unit]
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is no time: say 10s, 1.5m or 1h") from None
+
+
+def bake_settings(options: dict) -> BakeSettings:
+    """What the command's ``options``, by name, ask of the core. Raises InvalidSettingError."""
+    return BakeSettings(
+        quality=options["quality"],
+        photons=options["photons"],
+        error=options["error"],
+        seconds=options["time"],
+        radius=options["radius"],
+        bounces=options["bounces"],
+        seed=options["seed"],
+        gatherer=options["gatherer"],
+        estimator=options["estimator"],
+        direct=options["direct"],
+        indirect=options["indirect"],
+        shadow_distance=options["ao_distance"],
+    )

@@ -1,0 +1,57 @@
+"""What became of many files, as lines of a table."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Sequence
+
+from .jobs import BAKED, FAILED, FORESEEN, SKIPPED, Outcome, SceneJob
+from .progress import duration
+
+
+def table_lines(jobs: Sequence[SceneJob], outcomes: Iterable[Outcome], seconds: float) -> list[str]:
+    """A line for each file with what became of it, how long it took and how well it turned out; and one for all."""
+    outcomes = list(outcomes)
+    by_state = Counter(outcome.state for outcome in outcomes)
+    lines = [f"{'':<11}{'time':>10}{'error':>8}  scene"]
+    for job, outcome in zip(jobs, outcomes, strict=False):
+        lines.append(f"{outcome.state:<11}{_time(outcome):>10}{_error(outcome):>8}  {job.scene}{_remark(outcome)}")
+    states = (BAKED, FORESEEN, SKIPPED, FAILED)
+    counts = ", ".join(f"{by_state[state]} {state}" for state in states if by_state[state])
+    foreseen = sum(_figures(outcome).get("seconds", 0.0) for outcome in outcomes if outcome.state == FORESEEN)
+    told = f"about {duration(foreseen)} one after the other" if by_state[FORESEEN] else f"in {duration(seconds)}"
+    return [*lines, f"{counts}: {told}."]
+
+
+def failure_lines(jobs: Sequence[SceneJob], outcomes: Sequence[Outcome]) -> list[str]:
+    """After several files, once more which failed, where it cannot be missed."""
+    failed = [(job, outcome) for job, outcome in zip(jobs, outcomes, strict=False) if outcome.failure is not None]
+    if len(jobs) < 2 or not failed:
+        return []
+    return [f"{len(failed)} of {len(jobs)} scenes failed:", *(f"  {job.scene}: {out.failure}" for job, out in failed)]
+
+
+def _figures(outcome: Outcome) -> dict:
+    """The seconds that a file's scenes will take together, and the largest error among them."""
+    forecasts = [entry["forecast"] for entry in outcome.entries if "forecast" in entry]
+    entries = forecasts or outcome.entries
+    errors = [entry["relative_error"] for entry in entries if entry.get("relative_error") is not None]
+    return {
+        "seconds": sum(each["seconds"] for each in forecasts) if forecasts else outcome.seconds,
+        "error": max(errors, default=math.nan),
+    }
+
+
+def _time(outcome: Outcome) -> str:
+    return "" if outcome.state == SKIPPED else duration(_figures(outcome)["seconds"])
+
+
+def _error(outcome: Outcome) -> str:
+    error = _figures(outcome)["error"]
+    return f"{error:.1%}" if math.isfinite(error) and outcome.state != FAILED else ""
+
+
+def _remark(outcome: Outcome) -> str:
+    warnings = sum(len(entry.get("warnings", ())) for entry in outcome.entries)
+    return f" ({warnings} warning{'s' * (warnings > 1)})" if warnings and outcome.state != FAILED else ""

@@ -12,7 +12,7 @@ from ..sampling import triangle as barycentric
 from ..triangles import normals_and_areas
 
 #: Places beyond one for each value: so many for each value, and at least so many, all in proportion to area.
-MORE, LEAST_MORE = 0.25, 1 << 12
+MORE, LEAST_MORE = 0.75, 1 << 12
 
 
 @dataclass(frozen=True)

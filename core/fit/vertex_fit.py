@@ -19,7 +19,7 @@ from .shown_faces import FacePlaces, ShownFaces
 #: Values beside each other differ by about this share of the light, as long as nothing is known of them, and then by
 #: as much as they do beyond noise in the triangles around, at least by the second share: the noisier places are, the
 #: more that counts. Differences beyond so many standard errors of a place are no noise, and stay.
-DIFFERENCE, LEAST_DIFFERENCE, BEYOND = 0.15, 0.05, 3.0
+DIFFERENCE, LEAST_DIFFERENCE, BEYOND = 0.3, 0.05, 3.0
 
 #: Values beside each other on faces that bend differ about by the angle in radians and LEAST_ANGLE, as shares of the
 #: light; that counts as much as a place does that differs by SEAM.
@@ -30,7 +30,7 @@ MISFIT = 0.03
 
 #: Differences count relative to the light shown and found, and this share of what is usual in the scene; beyond such
 #: a share of that they count linearly.
-USUAL, LINEAR = 0.3, 0.3
+USUAL, LINEAR = 0.6, 0.05
 
 #: Places that show less than half of their light weigh so many times more; from three quarters on none does.
 LACKING = 6.0

@@ -256,7 +256,7 @@ class VertexFit:
         return self._neighbours.matrix(own, np.concatenate([*pulled, np.zeros(len(beside))]) - held)
 
     def _ranges(self, value: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The least and the most (U, 3) that each value may be by what was found on the triangles around it and beside it."""
+        """The least and the most (U, 3) that each value may be by what was found on triangles around it and beside."""
         rows = np.flatnonzero(counts)
         rows = rows[np.argsort(self._places.triangle[rows], kind="stable")]
         triangle, at = self._places.triangle[rows], value[rows]

@@ -65,12 +65,12 @@ def placed_faces(points: list[CornerPoints], surfaces: list[MeshSurface], domain
     at, of_vertex, of_point = np.unique(vertex, return_index=True, return_inverse=True)
     of_point = of_point.ravel()
     owner = np.repeat(np.arange(len(points)), [len(part.centres) for part in points])
-    place = _welded(centres[of_vertex], owner[of_vertex])
+    place = _places_of(centres[of_vertex])
     if domain == "CORNER":
-        value, beside, angles = _along_edges(place[of_point], normals)
+        value, beside, angles = _along_edges(place[of_point], owner, normals)
     else:
         sums = np.stack([np.bincount(of_point, normals[:, axis], len(at)) for axis in range(3)], axis=1)
-        value, beside, angles = _along_edges(place, safe_unit(sums)[0])
+        value, beside, angles = _along_edges(place, owner[of_vertex], safe_unit(sums)[0])
         value = value[of_point]
     count = int(value.max(initial=-1)) + 1
     shown = np.where(rows >= 0, np.append(value, -1)[rows], -1)
@@ -120,21 +120,20 @@ def _joined(parts: list[np.ndarray], starts: np.ndarray) -> np.ndarray:
     return np.where(whole >= 0, numbered(parts, starts), -1)
 
 
-def _welded(centres: np.ndarray, owner: np.ndarray) -> np.ndarray:
-    """At which place (V,) vertices lie, at ``centres`` (V, 3) of each one's ``owner`` (V,).
-
-    Importers split meshes along seams: vertices of one object that lie exactly at one place count as one.
-    """
-    positions = np.column_stack([owner, centres])
-    order = np.lexsort(positions.T)
+def _places_of(centres: np.ndarray) -> np.ndarray:
+    """A number (V,) for each vertex at ``centres`` (V, 3) that those share which lie exactly at one place."""
+    order = np.lexsort(centres.T)
     place = np.zeros(len(order), np.int64)
-    place[order[1:]] = np.cumsum((np.diff(positions[order], axis=0) != 0.0).any(axis=1))
+    place[order[1:]] = np.cumsum((np.diff(centres[order], axis=0) != 0.0).any(axis=1))
     return place
 
 
-def _along_edges(place: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The value (N,) that each point at a ``place`` (N,) with unit ``normals`` (N, 3) shows: one for all at a place
-    that face alike. And pairs (P, 2) of values at the same place, with the angle (P,) between them, in radians.
+def _along_edges(
+    place: np.ndarray, owner: np.ndarray, normals: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The value (N,) that each point at a ``place`` (N,) of an object with unit ``normals`` (N, 3) shows: one for all
+    at a place of an object that face alike, since importers split meshes along seams. And pairs (P, 2) of other values
+    at the same place, since they split meshes by material, too; with the angle (P,) between them, in radians.
     """
     order = np.argsort(place, kind="stable")
     firsts, seconds = [], []
@@ -147,7 +146,7 @@ def _along_edges(place: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np
     first, second = (np.concatenate([np.zeros(0, np.int64), *each]) for each in (firsts, seconds))
     across = normals[first] - normals[second]
     angle = 2.0 * np.arcsin(np.minimum(0.5 * np.sqrt(dots(across, across)), 1.0))
-    alike = angle < _ALIKE
+    alike = (angle < _ALIKE) & (owner[first] == owner[second])
     value = np.arange(len(place))
     # Points that face alike take the lowest number among them, passed on from one to the next.
     for _ in range(_MOST_AROUND):

@@ -12,7 +12,7 @@ from ..sampling import triangle as barycentric
 from ..triangles import normals_and_areas
 
 #: Places beyond one for each value: so many for each value, and at least so many, all in proportion to area.
-MORE, LEAST_MORE = 0.25, 1 << 12
+MORE, LEAST_MORE = 0.75, 1 << 12
 
 
 @dataclass(frozen=True)
@@ -36,6 +36,24 @@ class ShownFaces:
     def areas(self) -> np.ndarray:
         """Areas (T,) in m^2."""
         return normals_and_areas(self.corners)[1]
+
+    @cached_property
+    def around(self) -> np.ndarray:
+        """A third (U,) m^2 of the areas of all triangles that show each value."""
+        return np.bincount(self.values.ravel(), np.repeat(self.areas / 3.0, 3), self.count)
+
+    def short_edges(self, share: float) -> tuple[np.ndarray, np.ndarray]:
+        """Pairs (Q, 2) of values at the ends of edges that are shorter than this ``share`` of the size of the faces
+        around both; and by how much (Q,) light may differ there: their length as such a share, and the angle between
+        the normals in radians.
+        """
+        ends = self.values[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+        differ, turn = ((part - np.roll(part, -1, axis=1)).reshape(-1, 3) for part in (self.corners, self.normals))
+        squares = np.einsum("ij,ij->i", differ, differ) / np.maximum(self.around[ends].min(axis=1), 1e-300)
+        rows = np.flatnonzero((squares < share**2) & (ends[:, 0] != ends[:, 1]))
+        _, once = np.unique(np.sort(ends[rows], axis=1), axis=0, return_index=True)
+        rows = rows[once]
+        return ends[rows], np.sqrt(squares[rows] + np.einsum("ij,ij->i", turn[rows], turn[rows]))
 
     def of_values(self, used: np.ndarray) -> tuple[ShownFaces, np.ndarray]:
         """The triangles (S,) that show values which are ``used`` (U,), as rows of these; values are counted anew."""

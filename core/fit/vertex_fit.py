@@ -19,18 +19,22 @@ from .shown_faces import FacePlaces, ShownFaces
 #: Values beside each other differ by about this share of the light, as long as nothing is known of them, and then by
 #: as much as they do beyond noise in the triangles around, at least by the second share: the noisier places are, the
 #: more that counts. Differences beyond so many standard errors of a place are no noise, and stay.
-DIFFERENCE, LEAST_DIFFERENCE, BEYOND = 0.15, 0.05, 3.0
+DIFFERENCE, LEAST_DIFFERENCE, BEYOND = 0.3, 0.05, 3.0
 
 #: Values beside each other on faces that bend differ about by the angle in radians and LEAST_ANGLE, as shares of the
-#: light; that counts as much as a place does that differs by SEAM.
-LEAST_ANGLE, SEAM = 0.05, 0.15
+#: light; that counts as much as a place does that differs by SEAM. So do the ends of edges that are shorter than SHORT
+#: of the size of the faces around both, by that share of it and the angle: light across a sliver is one.
+LEAST_ANGLE, SEAM, SHORT = 0.05, 0.15, 0.03
+
+#: Values whose faces alone would differ there by more than this share are not held: a thin wall stands between them.
+APART = 0.15
 
 #: A place that is exact still differs from what any values show by about this share: as if by noise.
 MISFIT = 0.03
 
 #: Differences count relative to the light shown and found, and this share of what is usual in the scene; beyond such
 #: a share of that they count linearly.
-USUAL, LINEAR = 0.3, 0.3
+USUAL, LINEAR = 0.6, 0.05
 
 #: Places that show less than half of their light weigh so many times more; from three quarters on none does.
 LACKING = 6.0
@@ -96,13 +100,14 @@ class VertexFit:
         self._faces, self._places = faces, places
         self._values = faces.values.take(places.triangle, axis=0)
         shown = faces.values
+        short, bends = faces.short_edges(SHORT)
+        self._beside, bends = np.concatenate([faces.beside, short]), np.concatenate([faces.angles, bends])
         self._neighbours = Neighbours(
-            np.concatenate([shown[:, [0, 1]], shown[:, [1, 2]], shown[:, [2, 0]], faces.beside]), faces.count
+            np.concatenate([shown[:, [0, 1]], shown[:, [1, 2]], shown[:, [2, 0]], self._beside]), faces.count
         )
-        around = np.bincount(shown.ravel(), np.repeat(faces.areas / 3.0, 3), faces.count)
-        pairs = np.maximum(np.bincount(faces.beside.ravel(), minlength=faces.count), 1)
-        share = (around / pairs)[faces.beside].min(axis=1, initial=np.inf)
-        self._seams = share * SEAM**2 / (faces.angles**2 + LEAST_ANGLE**2)
+        pairs = np.maximum(np.bincount(self._beside.ravel(), minlength=faces.count), 1)
+        share = (faces.around / pairs)[self._beside].min(axis=1, initial=np.inf)
+        self._seams = share * SEAM**2 / (bends**2 + LEAST_ANGLE**2)
         # The share of places' errors by chance that is left where it is shown, and their sum when that was found out.
         self._left, self._sized = np.ones((len(places.area), 1)), np.inf
         # m^2 that a place stands for on each triangle, or would if it had one.
@@ -122,15 +127,16 @@ class VertexFit:
         errors = np.nan_to_num(light.standard_error, posinf=0.0)
         noise = np.hypot(self._noise(errors.sum(axis=1), area, found, usual), MISFIT)
         low, high = self._ranges(light.value, area > 0)
-        value, differ = np.clip(0.0, low, high), DIFFERENCE
+        value, differ, held = np.clip(0.0, low, high), DIFFERENCE, np.zeros(len(self._seams))
         weights, level = area / (found + usual) ** 2, np.full(self.count, usual)
         for turn in range(ROUGHLY + FINALLY):
-            equations = self._equations(weights, noise / differ, noise, level, usual)
+            equations = self._equations(weights, noise / differ, noise, held, level, usual)
             value = equations.solved(self._sums(weights[:, None] * light.value), value, STEPS)
             value = np.clip(value, low, high)
             level = np.abs(value).sum(axis=1)
             if turn + 1 == ROUGHLY:
                 differ = self._differences(level, self._spread(equations, weights, errors), usual)
+                held = self._seams / (1.0 + (self._apart(level, usual) / APART) ** 2) ** 2
             weights = area * _weights(np.abs(self.shown(value)).sum(axis=1), found, errors.sum(axis=1), usual)
         spread = np.sqrt((self._spread(equations, weights, errors) ** 2).mean(axis=1))
         channels = self._sums(weights[:, None] * errors)
@@ -220,19 +226,25 @@ class VertexFit:
         everywhere = float(squares.sum() / max(whole.sum(), 1e-300))
         return np.sqrt(np.divide(squares, whole, out=np.full(count, everywhere), where=whole > 0))
 
-    def _equations(self, weights, smooth: np.ndarray, noise: np.ndarray, level: np.ndarray, usual: float) -> Matrix:
+    def _apart(self, level: np.ndarray, usual: float) -> np.ndarray:
+        """By what share (P,) of the light values at seams differ."""
+        ends = level.take(self._beside)
+        return np.abs(ends[:, 0] - ends[:, 1]) / (ends.sum(axis=1) + USUAL * usual)
+
+    def _equations(self, weights, smooth: np.ndarray, noise: np.ndarray, seams, level: np.ndarray, usual) -> Matrix:
         """The equations of values, which are about at ``level`` (U,), where places have those ``weights`` (K,).
 
-        They have the relative ``noise`` (T,), and that over what values are likely to differ by is ``smooth`` (T,).
+        They have the relative ``noise`` (T,), and that over what values are likely to differ by is ``smooth`` (T,);
+        ``seams`` (P,) m^2 say how much what lies beside each other is held together.
         """
-        places, shown, beside = self._places, self._faces.values, self._faces.beside
+        places, shown, beside = self._places, self._faces.values, self._beside
         at = level.take(shown)
         scale = 2.0 * at.mean(axis=1) + USUAL * usual
         differ = np.roll(at, -1, axis=1) - at
         expected = (BEYOND * noise * scale)[:, None]
         kept = np.divide(expected**2, expected**2 + differ**2, out=np.zeros_like(differ), where=expected > 0)
         kept *= (smooth**2 * self._place_area / (3.0 * scale**2))[:, None]
-        seams = self._seams / (level.take(beside).sum(axis=1) + USUAL * usual) ** 2
+        seams = seams / (level.take(beside).sum(axis=1) + USUAL * usual) ** 2
         held = np.concatenate([*kept.T, seams])
         ends = np.concatenate([shown[:, 0], shown[:, 1], shown[:, 2], beside[:, 0]])
         others = np.concatenate([shown[:, 1], shown[:, 2], shown[:, 0], beside[:, 1]])
@@ -244,7 +256,7 @@ class VertexFit:
         return self._neighbours.matrix(own, np.concatenate([*pulled, np.zeros(len(beside))]) - held)
 
     def _ranges(self, value: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The least and the most (U, 3) that each value may be by what was found on the triangles around it."""
+        """The least and the most (U, 3) that each value may be by what was found on triangles around it and beside."""
         rows = np.flatnonzero(counts)
         rows = rows[np.argsort(self._places.triangle[rows], kind="stable")]
         triangle, at = self._places.triangle[rows], value[rows]
@@ -256,6 +268,8 @@ class VertexFit:
         if len(rows):
             for side, found in ((low, np.minimum.reduceat(at, begin)), (high, np.minimum.reduceat(-at, begin))):
                 side[around[order[first]]] = np.minimum.reduceat(found[order // 3], first)
+                ends = side[self._beside]
+                np.minimum.at(side, self._beside, ends[:, ::-1])
         return np.where(np.isfinite(low), low, -np.inf), np.where(np.isfinite(high), -high, np.inf)
 
 

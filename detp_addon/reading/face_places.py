@@ -20,8 +20,8 @@ _SEED = 0
 #: cosine between the normals of a surface and of a place on it, that lies between points whose normals are taken over
 _SMOOTH = 0.5
 
-#: Points at one vertex whose normals differ by less than this angle, in radians, show one value, and up to the second
-#: one they are not expected to differ much. So many at a vertex are looked at.
+#: Points at one place whose normals differ by less than this angle, in radians, show one value, and up to the second
+#: one they are not expected to differ much. So many at a place are looked at.
 _ALIKE, _BENT, _MOST_AROUND = 0.03, 1.0, 12
 
 
@@ -62,10 +62,16 @@ def placed_faces(points: list[CornerPoints], surfaces: list[MeshSurface], domain
     normals = np.concatenate([part.normals for part in points])
     vertex = np.zeros(len(centres), np.int64)
     vertex[rows[rows >= 0]] = vertices[rows >= 0]
+    at, of_vertex, of_point = np.unique(vertex, return_index=True, return_inverse=True)
+    of_point = of_point.ravel()
+    owner = np.repeat(np.arange(len(points)), [len(part.centres) for part in points])
+    place = _places_of(centres[of_vertex])
     if domain == "CORNER":
-        value, beside, angles = _along_edges(vertex, normals)
+        value, beside, angles = _along_edges(place[of_point], owner, normals)
     else:
-        value, beside, angles = np.unique(vertex, return_inverse=True)[1].ravel(), np.zeros((0, 2), int), np.zeros(0)
+        sums = np.stack([np.bincount(of_point, normals[:, axis], len(at)) for axis in range(3)], axis=1)
+        value, beside, angles = _along_edges(place, owner[of_vertex], safe_unit(sums)[0])
+        value = value[of_point]
     count = int(value.max(initial=-1)) + 1
     shown = np.where(rows >= 0, np.append(value, -1)[rows], -1)
 
@@ -114,14 +120,25 @@ def _joined(parts: list[np.ndarray], starts: np.ndarray) -> np.ndarray:
     return np.where(whole >= 0, numbered(parts, starts), -1)
 
 
-def _along_edges(vertex: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The value (N,) that each point of a ``vertex`` (N,) with unit ``normals`` (N, 3) shows: one for all at a vertex
-    that face alike. And pairs (P, 2) of values at the same vertex, with the angle (P,) between them, in radians.
+def _places_of(centres: np.ndarray) -> np.ndarray:
+    """A number (V,) for each vertex at ``centres`` (V, 3) that those share which lie exactly at one place."""
+    order = np.lexsort(centres.T)
+    place = np.zeros(len(order), np.int64)
+    place[order[1:]] = np.cumsum((np.diff(centres[order], axis=0) != 0.0).any(axis=1))
+    return place
+
+
+def _along_edges(
+    place: np.ndarray, owner: np.ndarray, normals: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The value (N,) that each point at a ``place`` (N,) of an object with unit ``normals`` (N, 3) shows: one for all
+    at a place of an object that face alike, since importers split meshes along seams. And pairs (P, 2) of other values
+    at the same place, since they split meshes by material, too; with the angle (P,) between them, in radians.
     """
-    order = np.argsort(vertex, kind="stable")
+    order = np.argsort(place, kind="stable")
     firsts, seconds = [], []
     for step in range(1, _MOST_AROUND):
-        same = np.flatnonzero(vertex[order[step:]] == vertex[order[:-step]])
+        same = np.flatnonzero(place[order[step:]] == place[order[:-step]])
         if len(same) == 0:
             break
         firsts.append(order[same])
@@ -129,8 +146,8 @@ def _along_edges(vertex: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, n
     first, second = (np.concatenate([np.zeros(0, np.int64), *each]) for each in (firsts, seconds))
     across = normals[first] - normals[second]
     angle = 2.0 * np.arcsin(np.minimum(0.5 * np.sqrt(dots(across, across)), 1.0))
-    alike = angle < _ALIKE
-    value = np.arange(len(vertex))
+    alike = (angle < _ALIKE) & (owner[first] == owner[second])
+    value = np.arange(len(place))
     # Points that face alike take the lowest number among them, passed on from one to the next.
     for _ in range(_MOST_AROUND):
         lowest = np.minimum(value[first[alike]], value[second[alike]])

@@ -118,6 +118,21 @@ def test_flat_faces_that_hardly_bend_have_no_seams_between_them():
     assert max(spread) < 0.02
 
 
+@pytest.mark.parametrize("domain", ["CORNER", "POINT"])
+def test_faces_that_importers_split_along_a_seam_show_no_border_there(domain):
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=2, y_subdivisions=1, size=4.0)
+    floor = bpy.context.object
+    floor.modifiers.new("Split", "EDGE_SPLIT").split_angle = 0.0
+    bpy.ops.object.modifier_apply(modifier="Split")
+    assert len(floor.data.vertices) == 8
+    lamp(location=(1.2, 0.5, 1.0))
+    baked(domain=domain)
+    light = lighting(floor.name)
+    at = [loop.vertex_index for loop in floor.data.loops] if domain == "CORNER" else range(8)
+    places = [tuple(floor.data.vertices[vertex].co) for vertex in at]
+    assert all(np.ptp([light[i] for i, other in enumerate(places) if other == place]) == 0.0 for place in set(places))
+
+
 def test_vertices_may_have_their_own_light_as_cycles_bakes_it():
     plane()
     lamp(location=(0.0, 0.0, 2.0))

@@ -127,3 +127,25 @@ def test_noise_that_is_skewed_makes_no_bias():
         noisy = np.random.default_rng(seed).gamma(25.0, 0.04, (len(true), 1)) * true
         means.append(VertexFit(faces, places).fitted(Irradiance(noisy, 0.2 * true), none).light.value.mean())
     assert np.mean(means) == pytest.approx(1.0, abs=0.005)
+
+
+def walls(gap, light, width=4.0):
+    """Two squares beside each other with a sliver of that width between; what they show along the edges there."""
+    x = np.array([0.0, width, width + gap, 2.0 * width + gap])
+    positions = np.stack([np.repeat(x, 2), np.tile([0.0, width], 4), np.zeros(8)], axis=1)
+    quads = np.array([[0, 2, 3, 1], [2, 4, 5, 3], [4, 6, 7, 5]])
+    triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    normals = np.broadcast_to([0.0, 0.0, 1.0], (6, 3, 3))
+    return fitted(ShownFaces(triangles, positions[triangles], normals, 8), light).light.value[:, 0]
+
+
+def test_faces_with_a_sliver_between_them_show_one_light_along_it():
+    curved = lambda at: 2.0 + ((at[:, 0] - 2.5) / 3.0) ** 2  # noqa: E731
+    shown = walls(0.004, curved)
+    assert shown[4:6] == pytest.approx(shown[2:4], rel=0.01)
+
+
+def test_faces_with_a_thin_wall_between_them_keep_their_own_light():
+    shown = walls(0.004, lambda at: np.where(at[:, 0] < 4.002, 0.1, 2.0))
+    assert shown[:4] == pytest.approx(0.1, rel=0.1)
+    assert shown[4:] == pytest.approx(2.0, rel=0.1)

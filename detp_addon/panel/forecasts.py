@@ -5,6 +5,7 @@ from __future__ import annotations
 import bpy
 
 from ...core.forecast import Forecast, forecast
+from ..chosen_objects import likely_points
 from ..job import BakeRequest
 
 #: measured over predicted seconds of the last whole bake of a scene, by its file and name

@@ -191,7 +191,8 @@ def test_a_batch_that_is_ended_leaves_no_process_and_nothing_half_written(librar
     assert not list(temporary.iterdir()) and not list((tmp_path / "out").glob(".*"))
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["a_baked.blend"]
     assert read_mark(tmp_path / "out" / "a_baked.blend") is not None
-    assert str(library / "a.blend") in entries_of(report)
+    if number != signal.SIGKILL:  # which may come between the line and the report
+        assert str(library / "a.blend") in entries_of(report)
 
 
 def alive(folder):

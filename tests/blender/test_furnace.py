@@ -8,7 +8,7 @@ pytest.importorskip("bpy")
 from detp.core.estimator.standpoints import Standpoints, standpoints
 from detp.core.rays import RayCaster
 from enclosures import ENCLOSURES, furnace
-from furnace_table import ALLOWED, baked, elements, errors, limit, placed_discs
+from furnace_table import ALLOWED, baked_with, elements, errors, limit, placed_discs
 
 RAYS = 200
 
@@ -39,7 +39,7 @@ def test_without_noise_every_element_reads_one(name, domain):
 ])  # fmt: skip
 def test_a_bake_reads_one_within_its_noise(name, domain):
     enclosure = furnace(ENCLOSURES[name], domain)
-    result = baked(enclosure, "visible", 0.1, 200_000)
+    result = baked_with(enclosure, "visible", 0.1, 200_000)
     noise = errors(result, placed_discs(enclosure, 0.1).area.areas)
     reading = elements(enclosure, result.hidden, result.irradiance[:, 0], noise)
     assert reading.values.mean() == pytest.approx(1, abs=ALLOWED)
@@ -50,5 +50,5 @@ def test_a_bake_reads_one_within_its_noise(name, domain):
 
 def test_the_plain_estimator_is_dark_where_faces_meet():
     enclosure = furnace(ENCLOSURES["closed box"], "CORNER")
-    result = baked(enclosure, "plain", 0.1, 100_000)
+    result = baked_with(enclosure, "plain", 0.1, 100_000)
     assert elements(enclosure, result.hidden, result.irradiance[:, 0], result.standard_error[:, 0]).wrong > 0.3

@@ -12,7 +12,7 @@ from detp.core.lights.point import PointLight
 from detp.core.lights.sun import SunLight
 from detp.core.lights.world import UniformWorld
 from detp.core.scene import Scene
-from extreme_cases import baked, case
+from extreme_cases import baked_with, case
 from rooms import box_quads, scene_of
 
 #: sizes of the near part, metres over what it is made for
@@ -52,7 +52,7 @@ def light(quads, lights, turn, factor, points, albedo=0.0, **settings):
               for lamp in lights]  # fmt: skip
     scene: Scene = scene_of(factor * quads @ turn.T, albedo, lights=tuple(turned))
     places, inward = factor * places @ turn.T, factor * inward @ turn.T
-    return baked(scene, places, normals @ turn.T, 2000, inward=inward, radius=None, **settings)
+    return baked_with(scene, places, normals @ turn.T, 2000, inward=inward, radius=None, **settings)
 
 
 def from_lamp(points, normals, place, power) -> np.ndarray:

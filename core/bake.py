@@ -28,7 +28,7 @@ from .photons.light_shares import seen_shares
 from .photons.photon_light import PhotonLight, PhotonSearch
 from .photons.tracing import PhotonTracer
 from .points import Points
-from .radius import Disc, check_radius, chosen_disc
+from .radius import ChosenRadius, check_radius, chosen_radius
 from .rays import RayCaster
 from .refinement import Refinement, first_rounds, look_in_every
 from .result import BakeResult, Progress
@@ -40,7 +40,7 @@ Result = TypeVar("Result")
 Stage = Generator[Progress, None, Result]
 
 #: Particles whose segments tell which gatherer is the fastest.
-PILOT_PHOTONS = 1 << 11
+SAMPLE_PHOTONS = 1 << 11
 
 
 def baked(scene: Scene, points: Points, settings: BakeSettings | None = None) -> BakeResult:
@@ -146,10 +146,10 @@ class Baking:
         yield Progress("Choosing the radius", 0.0)
         with self._stopwatch("radius"):
             if settings.radius is not None:
-                self.disc = Disc(settings.radius, settings.expected_photons)
+                self.disc = ChosenRadius(settings.radius, settings.expected_photons)
             else:
                 found = self._by_rays.value
-                self.disc = chosen_disc(scene, caster, points.centres, points.normals, settings, found, kinds)
+                self.disc = chosen_radius(scene, caster, points.centres, points.normals, settings, found, kinds)
         with self._stopwatch("trace"):
             looking = self._records.looking if self._gathers else (self._places.origins, points.normals)
             seen = None
@@ -225,10 +225,10 @@ class Baking:
         why, where ``light`` (N, 3) W/m^2 is known at the points."""
         settings, searches = self._settings, self._photons.searches
         with self._stopwatch("gather"):
-            pilot = self.tracer.trace(PILOT_PHOTONS, np.random.default_rng(settings.seed)).segments
+            sample = self.tracer.trace(SAMPLE_PHOTONS, np.random.default_rng(settings.seed)).segments
             for search in searches:
-                some = pilot.of_kind(search.kind)
-                expected = max(1, search.count(likely) * len(some) // PILOT_PHOTONS)
+                some = sample.of_kind(search.kind)
+                expected = max(1, search.count(likely) * len(some) // SAMPLE_PHOTONS)
                 same = (s.gatherer for s in searches if s.gatherer is not None and s.placed is search.placed)
                 search.gatherer = next(same, None)
                 if search.gatherer is None:

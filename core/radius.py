@@ -15,6 +15,7 @@ from .estimator.visible_area import whole_discs
 from .gatherers.choose import make_gatherer
 from .irradiance import Irradiance
 from .photons.tracing import PhotonTracer
+from .random_streams import random_stream
 from .rays import RayCaster
 from .scene import Scene
 from .settings import NOISE_SHARE, BakeSettings, error_for
@@ -53,14 +54,14 @@ def check_radius(radius: float, scene: Scene) -> None:
 
 
 @dataclass(frozen=True)
-class Disc:
+class ChosenRadius:
     """The ``radius`` of all discs, metres, and the ``photons`` that the bake is likely to need with it."""
 
     radius: float
     photons: int
 
 
-def chosen_disc(
+def chosen_radius(
     scene: Scene,
     caster: RayCaster,
     centres: np.ndarray,
@@ -68,7 +69,7 @@ def chosen_disc(
     settings: BakeSettings,
     direct: np.ndarray,
     kinds: Sequence[str],
-) -> Disc:
+) -> ChosenRadius:
     """The radius at which the expected photons give the settings' error at the median lit point.
 
     A pilot trace measures the relative error e0 with n0 particles at radius d0. The flux through a disc
@@ -80,8 +81,8 @@ def chosen_disc(
     size = min(scene.bounds.radius, caster.size)
     pilot_radius = PILOT_SHARE * size
     if not kinds:
-        return Disc(pilot_radius, 0)
-    generator = np.random.default_rng(np.random.SeedSequence(settings.seed, spawn_key=(0,)))
+        return ChosenRadius(pilot_radius, 0)
+    generator = random_stream(settings.seed, "radius")
     rows = np.arange(len(centres))
     if len(rows) > PILOT_POINTS:
         rows = np.sort(generator.choice(rows, PILOT_POINTS, replace=False))
@@ -108,10 +109,10 @@ def chosen_disc(
         target = error_for(photons)
     target *= NOISE_SHARE
     if not (np.isfinite(error) and error > 0):
-        return Disc(pilot_radius, photons)
+        return ChosenRadius(pilot_radius, photons)
     wanted = pilot_radius * error / target * np.sqrt(PILOT_PHOTONS / photons)
     radius = float(np.clip(wanted, SMALLEST_SHARE * size, LARGEST_SHARE * size))
     if settings.aimed_noise is not None:
         # What the radius may not do photons have to.
         photons = round(min(photons * (wanted / radius) ** 2, settings.most_photons))
-    return Disc(radius, max(1, photons))
+    return ChosenRadius(radius, max(1, photons))

@@ -14,6 +14,7 @@ from ..gatherers.ranges import blocks
 from ..irradiance import Irradiance
 from ..lights.light import Light
 from ..parallel import ordered_map
+from ..random_streams import random_stream
 from ..rays import RayCaster
 from ..scene import Scene
 from ..settings import BakeSettings
@@ -273,4 +274,4 @@ class DirectLight:
         return sums.after if self._learnt else sums.before
 
     def _generator(self, *key: int) -> np.random.Generator:
-        return np.random.default_rng(np.random.SeedSequence(self._seed, spawn_key=(2, *map(int, key))))
+        return random_stream(self._seed, "rays", *key)

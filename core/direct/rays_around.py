@@ -9,9 +9,9 @@ import numpy as np
 from ..lights.light import Surroundings
 from .direction_guide import SIDE, Sightings, cells
 from .looks import Look, ReflectedLight
+from .passage import SeeThrough
 from .round_sums import net_means
 from .shadows import Shadows
-from .surfaces import Surfaces
 
 
 class RaysAround:
@@ -108,7 +108,7 @@ class RaysAround:
             # Reflected light comes the first of these ways alone.
             sent_on = None
 
-    def _arriving(self, look, points, directions, surfaces: Surfaces, lights, sent_on):
+    def _arriving(self, look, points, directions, surfaces: SeeThrough, lights, sent_on):
         """The same of those ``lights`` alone, as far as ``surfaces`` let it pass."""
         for layer, (rows, hits, share) in enumerate(surfaces.met(points, directions, self._reach)):
             for light in lights:

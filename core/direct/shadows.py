@@ -10,7 +10,7 @@ from ..lights.light import Light, Surroundings, is_world
 from ..rays import RayCaster
 from ..scene import Scene
 from ..sides import any_side
-from .surfaces import Surfaces
+from .passage import SeeThrough
 
 #: A ray stops this many tolerances short of the light, which may be a surface of the scene itself.
 STOP_SHORT = 32
@@ -30,13 +30,13 @@ class Shadows:
         self._caster = caster
         self._opaque, self._clear = caster, None
         self.between = Shadows(scene, caster, False) if differs else self
-        self.surfaces = Surfaces(caster, passing if clear.any() else None)
+        self.surfaces = SeeThrough(caster, passing if clear.any() else None)
         if clear.any():
             # In whatever order they come: what is opaque blocks, which is soon known, and few rays meet the rest.
             self._opaque = None if clear.all() else caster.part(np.flatnonzero(~clear))
-            self._clear = Surfaces(caster.part(np.flatnonzero(clear)), passing[..., clear, :])
+            self._clear = SeeThrough(caster.part(np.flatnonzero(clear)), passing[..., clear, :])
 
-    def ways(self, lights: Sequence[Surroundings]) -> list[tuple[Surfaces, list[Surroundings]]]:
+    def ways(self, lights: Sequence[Surroundings]) -> list[tuple[SeeThrough, list[Surroundings]]]:
         """All surfaces as the light of some of ``lights`` passes them, with those; first, as reflected light does."""
         if self.between is self:
             return [(self.surfaces, list(lights))]

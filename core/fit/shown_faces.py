@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ..random_streams import random_stream
 from ..sampling import LATTICE
 from ..sampling import triangle as barycentric
 from ..triangles import normals_and_areas
@@ -65,7 +66,7 @@ class ShownFaces:
 
     def drawn(self, seed: int) -> FacePlaces:
         """Places on the triangles: one near the vertices of each value, and more in proportion to area."""
-        generator = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(7,)))
+        generator = random_stream(seed, "places")
         near, corner, share = self._one_for_each(generator)
         uniforms = generator.random((len(near), 2))
         weights = barycentric(uniforms)

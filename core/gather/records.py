@@ -18,6 +18,7 @@ from ..direct.shadows import Shadows
 from ..discs import TangentDiscs
 from ..lights.aim import towards
 from ..parallel import ordered_map, slices
+from ..random_streams import random_stream
 from ..rays import RayCaster
 from ..sampling import cosine_hemisphere
 from ..scene import Scene
@@ -110,7 +111,7 @@ def scouted(scene: Scene, caster: RayCaster, points: np.ndarray, normals: np.nda
     surfaces = Shadows(scene, caster).between.surfaces
 
     def found(rows: slice) -> Landings:
-        generator = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(4, rows.start)))
+        generator = random_stream(seed, "scouts", rows.start)
         # As many rays from all points as are wanted together, where that is no whole number by chance.
         count = (wanted / len(points) + generator.random(rows.stop - rows.start)).astype(np.int64)
         spot = np.repeat(np.arange(rows.start, rows.stop), count)
@@ -145,7 +146,7 @@ class Records:
         self._cells = Cells(_corner(caster), finest)
         # What only rays see that are followed on is no part of what is seen from afar.
         landings = landings.taken(np.flatnonzero(landings.lengths > 0.5 * self.near))
-        order = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(5,))).permutation(len(landings.lengths))
+        order = random_stream(seed, "records").permutation(len(landings.lengths))
         landings = landings.taken(order)
         cells, first, cell = np.unique(_numbers(self._cells, landings), return_index=True, return_inverse=True)
         last = np.empty(len(cells), np.int64)

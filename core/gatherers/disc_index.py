@@ -10,10 +10,10 @@ from ..errors import InvalidSettingError
 from ..segments import Segments
 from ..space_filling import curve_order
 from .counts import Counts
+from .crossing_pairs import CrossingPairs, columns, path_rows
 from .disc_grid import DiscGrid, fitting_cell, wanted_cell
 from .disc_search import DiscSearch
 from .disc_tree import DiscTree
-from .exact_test import ExactTest, columns, path_rows
 from .gatherer import Crossings
 from .streams import in_lanes, portions
 
@@ -46,7 +46,7 @@ class DiscIndex:
             raise InvalidSettingError(f"Unknown disc index '{index}': choose auto, {', '.join(INDEXES)}.")
         self.index = index
         self._order = curve_order(discs.centres)
-        self._test = ExactTest(discs, self._order)
+        self._test = CrossingPairs(discs, self._order)
         make = partial(DiscGrid, cell=cell) if index == "grid" else INDEXES.get(index, index)
         self._search: DiscSearch | None = make(discs.taken(self._order)) if len(discs) else None
         self.cell = getattr(self._search, "cell", None)

@@ -12,8 +12,8 @@ from ..errors import InvalidSettingError
 from ..segments import Segments
 from ..space_filling import curve_order
 from .counts import Counts
+from .crossing_pairs import CrossingPairs, columns, path_rows
 from .disc_bounds import frame_around
-from .exact_test import ExactTest, columns, path_rows
 from .gatherer import Crossings
 from .local_frame import MARGIN, Pieces
 from .patches import Patches, Stretches
@@ -58,7 +58,7 @@ class SphereCache:
         if last_radius is not None and not last_radius > 0.0:
             raise InvalidSettingError(f"The last sphere's radius must be greater than 0 m, not {last_radius:g}.")
         self._order = curve_order(discs.centres) if sort else np.arange(len(discs))
-        self._test = ExactTest(discs, self._order)
+        self._test = CrossingPairs(discs, self._order)
         self.q, self.sorted = q, sort
         self._short, self.chunk = short, chunk or SEGMENTS
         if len(discs) == 0:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..bounds import Bounds
-from ..direct.surfaces import MOST_PASSAGES
+from ..direct.passage import MOST_PASSAGES
 from ..lights.light import Particles
 from ..rays import Hits, RayCaster
 from ..sampling import cosine_hemisphere

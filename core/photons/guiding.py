@@ -16,6 +16,7 @@ import numpy as np
 from ..estimator.visible_area import VisibleDiscs
 from ..gatherers.gatherer import Gatherer
 from ..parallel import ordered_map
+from ..random_streams import random_stream
 from ..segments import Segments
 from .emission_guide import Draws, EmissionGuide
 from .emission_tree import grown
@@ -102,8 +103,7 @@ def _pilot(tracer, gatherer, placed, kind, light, seed, number, particles) -> Ge
 
     def trace(task: tuple[int, int]):
         share, start = task
-        key = np.random.SeedSequence(seed, spawn_key=(3, number, start))
-        return tracer.trace(share, np.random.default_rng(key), start)
+        return tracer.trace(share, random_stream(seed, "pilot", number, start), start)
 
     segments, draws = [], []
     for share, traced in zip(shares, ordered_map(trace, zip(shares, starts, strict=True)), strict=True):

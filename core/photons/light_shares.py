@@ -8,6 +8,7 @@ import numpy as np
 
 from ..direct.shadows import Shadows
 from ..lights.light import SHADOW_DIMENSIONS, Light, ShadowRays
+from ..random_streams import random_stream
 from ..sampling import cosine_hemisphere
 
 #: Rays that ask, of all places to all lights, and fewer places than these tell nothing.
@@ -28,7 +29,7 @@ def seen_shares(
     count = min(MOST_PLACES, RAYS // max(len(lights), 1), len(places))
     if count < min(LEAST_PLACES, len(places)):
         return None
-    generator = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(6,)))
+    generator = random_stream(seed, "shares")
     rows = np.sort(generator.permutation(len(places))[:count])
     places, normals = places[rows], normals[rows]
     found = np.empty((count, len(lights)))

@@ -10,6 +10,7 @@ from ..estimator.estimate import Accumulator, IrradianceEstimate
 from ..estimator.visible_area import VisibleDiscs
 from ..gatherers.gatherer import Gatherer
 from ..parallel import ordered_map
+from ..random_streams import random_stream
 from ..segments import Segments
 from ..stages import Stopwatch
 from .emission_guide import EmissionGuide
@@ -106,5 +107,5 @@ class PhotonLight:
             search.estimate = search.estimate.merged(accumulator.estimate())
 
     def _generator(self, start: int) -> np.random.Generator:
-        """The random numbers of the particles from ``start`` on; key 0 is the pilot's (see core/radius.py)."""
-        return np.random.default_rng(np.random.SeedSequence(self._seed, spawn_key=(1, start)))
+        """The random numbers of the particles from ``start`` on."""
+        return random_stream(self._seed, "photons", start)

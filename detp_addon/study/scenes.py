@@ -9,6 +9,7 @@ import numpy as np
 
 from ...core.bake import Baking
 from ...core.points import Points
+from ...core.random_streams import random_stream
 from ...core.segments import Segments
 from ...core.settings import BakeSettings
 from ...core.stages import finished
@@ -36,7 +37,7 @@ def load_study_scene(name: str, path: Path, segments: int) -> StudyScene:
         finished(stage())
     parts: list[Segments] = []
     while sum(map(len, parts)) < segments:
-        generator = np.random.default_rng(np.random.SeedSequence(0, spawn_key=(2, len(parts))))
+        generator = random_stream(0, "photons", len(parts))
         parts.append(work.tracer.trace(PHOTONS, generator).segments)
     traced = Segments.joined(parts)
     # A bake leaves direct light to shadow rays, and searches the rest.

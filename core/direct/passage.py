@@ -13,7 +13,7 @@ from ..sides import BySide, any_side
 MOST_PASSAGES = 1024
 
 
-class Surfaces:
+class SeeThrough:
     """The triangles of ``caster``, of which each lets ``transmittance`` of the light pass, None: nothing.
 
     That is (T, 3), or (2, T, 3) by the side that a ray meets (see :class:`.Scene`).

@@ -12,7 +12,7 @@ from .counts import Counts
 PAIRS = 1 << 13  # tested together, so that their rows stay in the processor's cache
 
 
-class ExactTest:
+class CrossingPairs:
     """Tells which pairs of a segment and a disc cross.
 
     discs  TangentDiscs

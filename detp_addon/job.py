@@ -25,6 +25,7 @@ from ..core.settings import BakeSettings
 from .causes import turned_away, why_dark, why_no_light, why_nothing_to_bake
 from .chosen_objects import chosen_objects, objects_by_name
 from .chosen_views import not_baked
+from .materials.use_light import refresh_materials
 from .reading.read_scene import FITS, BakeTarget, ExportedScene, read_scene
 from .report import BakeReport, counted
 from .writing.baked_layers import look_of
@@ -188,6 +189,7 @@ def _steps(
     turned = _turned_away(targets, export.scene, points, result) if request.quantity != "ambient-occlusion" else []
     stored, brightness = encoded(colours, request.encoding, request.quantity, scales[0])
     notes = write_colours(stored, request.domain, request.attribute if request.activate else None)
+    notes += refresh_materials([entry.object for entry in stored], request.attribute)
     end = time.perf_counter()
     doubts = _doubts(result, request.settings, stopped, export.scene.vertices)
     return BakeReport(

@@ -20,7 +20,7 @@ from ..report import counted
 from ..writing.baked_layers import WHITE, light_of, take_mark_of
 from ..writing.write_attributes import MeshColours, element_count, obstacle, write_layers
 from .light_nodes import make_plain, make_unlit, multiply, strip, surface_inputs, surface_outputs
-from .marked_nodes import MARK, NODES, PLAIN
+from .marked_nodes import MARK
 
 #: how light can be used; "auto" takes base colour for ambient occlusion, which lamps are to light, else unlit
 WAYS = ("auto", "unlit", "base-color")
@@ -87,6 +87,20 @@ def use_in_materials(objects: Iterable[bpy.types.Object], attribute: str, way: s
     return use
 
 
+def refresh_materials(objects: Iterable[bpy.types.Object], attribute: str) -> list[str]:
+    """Make materials of ``objects`` anew that use ``attribute`` as another quantity than it holds now; notes on it."""
+    stale = {}
+    for obj in objects:
+        quantity = light_of(obj.data, attribute)["quantity"]
+        for material in materials_with_light([obj]):
+            if material[MARK]["attribute"] == attribute and material[MARK]["quantity"] != quantity:
+                stale[material] = quantity
+    for material, quantity in stale.items():
+        _use(material, attribute, quantity, material[MARK]["way"])
+    names = [material.name for material in stale]
+    return [f"Materials that use the light were made anew for what it is now: {_some(names)}."] if names else []
+
+
 def remove_from_materials(objects: Iterable[bpy.types.Object]) -> int:
     """Make the materials of ``objects`` what they were before; returns how many had used light."""
     found = set(materials_with_light(objects))
@@ -118,9 +132,9 @@ def _has_light(mesh: bpy.types.Mesh, attribute: str) -> bool:
 def _restore(material: bpy.types.Material) -> None:
     for tree in list(_trees(material)):
         strip(tree)
-    if material.get(MARK) == PLAIN:
-        material.use_nodes = False
     if MARK in material:
+        if material[MARK]["plain"]:
+            material.use_nodes = False
         del material[MARK]
 
 
@@ -140,11 +154,12 @@ def _use(material: bpy.types.Material, attribute: str, quantity: str, way: str) 
     """Use light in one material: how it was used, or why it was not."""
     if material.library is not None or material.override_library is not None:
         return "", "linked from a library, where light cannot be put in; make local to use it"
+    _restore(material)
+    tree = node_tree(material)
+    material[MARK] = {"attribute": attribute, "quantity": quantity, "way": way, "plain": tree is None}
     if way == "auto":
         way = "base-color" if quantity == "ambient-occlusion" else "unlit"
-    _restore(material)
-    material[MARK] = NODES
-    tree = node_tree(material) or make_plain(material)
+    tree = tree or make_plain(material)
     if way == "unlit" or quantity == "shaded":
         outputs = surface_outputs(tree)
         if outputs and all(make_unlit(tree, output, attribute, quantity) for output in outputs):

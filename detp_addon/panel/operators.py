@@ -141,14 +141,14 @@ class DETP_OT_bake(BakeOptions, bpy.types.Operator):
         progress = self._bake.progress
         self._drawn, self._phase = time.perf_counter(), progress.phase
         _set_status(self._workspace, f"DETP bake: {progress.phase}, {progress.fraction:.0%}   |   Esc: Cancel")
-        _redraw_sidebars(context)
+        _redraw_panels(context)
 
     def _close(self, context):
         if self._timer is not None:
             context.window_manager.event_timer_remove(self._timer)
             self._timer = None
         _set_status(self._workspace, None)
-        _redraw_sidebars(context)
+        _redraw_panels(context)
 
 
 class DETP_OT_cancel(bpy.types.Operator):
@@ -254,12 +254,11 @@ def _set_status(workspace: str, text: str | None) -> None:
         found.status_text_set(text)
 
 
-def _redraw_sidebars(context) -> None:
-    for window in context.window_manager.windows:
-        for area in window.screen.areas:
-            for region in area.regions if area.type == "VIEW_3D" else ():
-                if region.type == "UI":
-                    region.tag_redraw()
+def _redraw_panels(context) -> None:
+    for area in (area for window in context.window_manager.windows for area in window.screen.areas):
+        for region in area.regions:
+            if (area.type, region.type) in (("VIEW_3D", "UI"), ("PROPERTIES", "WINDOW")):
+                region.tag_redraw()
 
 
 CLASSES = (

@@ -67,10 +67,10 @@ class _Output:
         """Settings, greyed out during a bake."""
         settings = context.scene.detp
         column = settings_column(self.layout)
-        column.prop(settings, "fit_exposure")
-        row = column.row()
-        row.enabled = not settings.fit_exposure
-        row.prop(settings, "exposure")
+        exposure = column.column(align=True, heading="Exposure")
+        exposure.prop(settings, "fit_exposure", text="Fit")
+        if not settings.fit_exposure:
+            exposure.prop(settings, "exposure", text=" ")
         column.prop(settings, "clamp")
         column.prop(settings, "storage")
         column.separator()

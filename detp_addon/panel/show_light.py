@@ -44,9 +44,15 @@ def has_light(scene: bpy.types.Scene) -> bool:
 
 
 def show_while(context) -> Callable[[], None]:
-    """Show the light in the viewport of ``context`` while it is baked; returns what takes the viewport back."""
-    area = context.area
-    if area is None or area.type != "VIEW_3D" or shows_light(area):
+    """Show the light in a viewport while it is baked: that of ``context``, or the largest of its window.
+
+    Returns what takes the viewport back.
+    """
+    views = [area for area in context.window.screen.areas if area.type == "VIEW_3D"]
+    area = (
+        context.area if context.area in views else max(views, key=lambda view: view.width * view.height, default=None)
+    )
+    if area is None or shows_light(area):
         return lambda: None
     _switch(area)
 

@@ -16,7 +16,7 @@ class Area:
     """A viewport with the shading that Blender starts with."""
 
     def __init__(self):
-        self.type = "VIEW_3D"
+        self.type, self.width, self.height = "VIEW_3D", 100, 100
         self.shading = types.SimpleNamespace(type="RENDERED", color_type="MATERIAL", light="STUDIO")
         self.spaces = types.SimpleNamespace(active=types.SimpleNamespace(shading=self.shading))
 
@@ -36,7 +36,10 @@ def context():
     grid("Floor")
     cube("Box")
     area = Area()
-    return types.SimpleNamespace(area=area, space_data=types.SimpleNamespace(type="VIEW_3D"), scene=bpy.context.scene)
+    window = types.SimpleNamespace(screen=types.SimpleNamespace(areas=[area]))
+    return types.SimpleNamespace(
+        area=area, window=window, space_data=types.SimpleNamespace(type="VIEW_3D"), scene=bpy.context.scene
+    )
 
 
 def light_up(name="Floor", attribute="irradiance", look=False, shown=None):
@@ -85,13 +88,12 @@ def test_viewports_show_the_look_and_renders_the_light():
 
 
 def test_undo_takes_the_shading_back_and_redo_brings_it(context, monkeypatch):
-    window = types.SimpleNamespace(screen=types.SimpleNamespace(areas=[context.area]))
-    manager = types.SimpleNamespace(windows=[window])
-    fake = types.SimpleNamespace(
-        context=types.SimpleNamespace(scene=context.scene, window_manager=manager, area=context.area)
-    )
+    manager = types.SimpleNamespace(windows=[context.window])
+    fake = types.SimpleNamespace(context=types.SimpleNamespace(scene=context.scene, window_manager=manager))
     monkeypatch.setattr(show_light, "bpy", fake)
+    view, context.area = context.area, None  # the button in the render properties shows the light all the same
     show_light.show_while(context)
+    context.area = view
     assert context.area.state == LIT
     light_up()
     show_light.follow_undo()

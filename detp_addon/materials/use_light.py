@@ -17,7 +17,7 @@ import numpy as np
 from ...core.errors import NotBakedError
 from ..reading.read_node_graph import node_tree
 from ..report import counted
-from ..writing.baked_layers import WHITE, light_of, take_mark_of
+from ..writing.baked_layers import LOOK, WHITE, light_of, look_of, remove_layer
 from ..writing.write_attributes import MeshColours, element_count, obstacle, write_layers
 from .light_nodes import make_plain, make_unlit, multiply, strip, surface_inputs, surface_outputs
 from .marked_nodes import MARK
@@ -84,6 +84,8 @@ def use_in_materials(objects: Iterable[bpy.types.Object], attribute: str, way: s
         )
     domain = baked[0].data.color_attributes[attribute].domain
     use.notes += _whiten(set(use.unlit + use.base), attribute, domain)
+    _drop_looks(baked, attribute)
+    use.notes += _spoilt_exports(baked)
     return use
 
 
@@ -110,8 +112,7 @@ def remove_from_materials(objects: Iterable[bpy.types.Object]) -> int:
         if mesh.library is None and not any(material is not None and MARK in material for material in mesh.materials):
             for name in [layer.name for layer in mesh.color_attributes]:
                 if light_of(mesh, name)["quantity"] == WHITE:
-                    take_mark_of(mesh, name)
-                    mesh.attributes.remove(mesh.attributes[name])
+                    remove_layer(mesh, name)
     return len(found)
 
 
@@ -209,6 +210,37 @@ def _whiten(materials: set[str], attribute: str, domain: str) -> list[str]:
             f"{_some([obj.name for obj in dark])}."
         )
     return notes
+
+
+def _drop_looks(objects: Sequence[bpy.types.Object], attribute: str) -> None:
+    """Materials show the look by themselves, and a layer less goes into exports."""
+    look = look_of(attribute)
+    for obj in objects:
+        mesh, layers = obj.data, obj.data.attributes
+        if (
+            mesh.library is None
+            and not mesh.is_editmode
+            and look in layers
+            and light_of(mesh, look)["quantity"] == LOOK
+        ):
+            shown = [
+                attribute if name == look else name for name in (layers.active_color_name, layers.default_color_name)
+            ]
+            remove_layer(mesh, look)
+            layers.active_color_name, layers.default_color_name = shown
+
+
+def _spoilt_exports(objects: Sequence[bpy.types.Object]) -> list[str]:
+    """A note where this Blender's glTF exporter turns light white: 5.2.2 does on meshes with another colour layer."""
+    if not (5, 2, 0) <= bpy.app.version <= (5, 2, 2):
+        return []
+    names = [obj.name for obj in objects if len(obj.data.color_attributes) > 1 and obj.material_slots]
+    if not names:
+        return []
+    return [
+        f"The glTF exporter of Blender 5.2.0 to 5.2.2 turns the light white on {counted(len(names), 'object')} with "
+        f"more than one colour layer ({_some(names)}): switch off its 'Export All Vertex Colors', or take a later one."
+    ]
 
 
 def _some(names: Sequence[str]) -> str:

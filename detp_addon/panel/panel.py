@@ -160,9 +160,9 @@ def _draw_progress(layout: bpy.types.UILayout, bake: session.BakeSession) -> Non
     column = layout.column(align=True)
     bar = column.row()
     bar.scale_y = 1.3
-    bar.progress(factor=progress.fraction, type="BAR", text=f"{progress.phase}  {progress.fraction:.0%}")
+    bar.progress(factor=bake.fraction, type="BAR", text=f"{progress.phase}  {bake.fraction:.0%}")
     row = column.row(align=True)
-    left = "" if progress.remaining is None else f"About {duration(progress.remaining)} left"
+    left = "" if bake.remaining is None else f"About {duration(bake.remaining)} left"
     now = "" if progress.error is None else f"error {progress.error:.1%}"
     row.label(text=", ".join(filter(None, (left, now))))
     row = column.row(align=True)

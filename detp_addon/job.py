@@ -27,6 +27,7 @@ from ..core.settings import BakeSettings
 from .causes import turned_away, why_dark, why_no_light, why_nothing_to_bake
 from .chosen_objects import chosen_objects, objects_by_name
 from .chosen_views import not_baked
+from .materials.use_light import materials_with_light, refresh_materials
 from .reading.read_scene import FITS, BakeTarget, ExportedScene, read_scene
 from .report import BakeReport, counted
 from .steps import JobProgress
@@ -176,6 +177,7 @@ def _steps(
     turned = _turned_away(targets, export.scene, points, result) if request.quantity != "ambient-occlusion" else []
     stored, brightness = encoded(colours, request.encoding, request.quantity, scales[0])
     notes = write_colours(stored, request.domain, request.attribute if request.activate else None)
+    notes += refresh_materials([entry.object for entry in stored], request.attribute)
     end = time.perf_counter()
     doubts = _doubts(result, request.settings, stopped, scene, export.scene)
     return BakeReport(
@@ -413,7 +415,7 @@ def _colours(
             emission = np.zeros_like(target.emission) if irradiance is parts[2] else target.emission
             values = spread(irradiance, _known_rows(target, light.known), faces)
             layers[name] = quantity_values(request.quantity, values, target.albedo, emission)
-            if irradiance is parts[0] and _looks(request):
+            if irradiance is parts[0] and _looks(request, obj):
                 reflected.append(quantity_values("shaded", values, target.albedo, np.zeros_like(target.emission)))
                 look = reflected[-1] + target.emission
         colours.append(MeshColours(obj, layers, look=look))
@@ -425,9 +427,10 @@ def _colours(
     return colours, gone
 
 
-def _looks(request: BakeRequest) -> bool:
-    """Whether a layer for the look is wanted, and shows more than the light itself."""
-    return request.look and request.activate and request.quantity in ("lighting", "irradiance")
+def _looks(request: BakeRequest, obj: bpy.types.Object) -> bool:
+    """Whether a layer for the look is wanted, and shows more than the light itself and the object's materials."""
+    useful = request.look and request.activate and request.quantity in ("lighting", "irradiance")
+    return useful and not any(True for _ in materials_with_light([obj]))
 
 
 def _doubts(

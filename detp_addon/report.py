@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 
 from .writing.lossy_faces import LossyFaces
@@ -145,3 +146,8 @@ def counted(number: int, thing: str) -> str:
     """A number with its unit for people: ``1 object``, ``45 210 points``, ``2.10 M photons``."""
     text = f"{number / 1e6:.3g} M" if number >= 1_000_000 else f"{number:,}".replace(",", " ")
     return f"{text} {thing}" + ("" if number == 1 else "s")
+
+
+def some(names: Sequence[str]) -> str:
+    """The first three of the names, quoted."""
+    return ", ".join(f"'{name}'" for name in names[:3]) + (", ..." if len(names) > 3 else "")

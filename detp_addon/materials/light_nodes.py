@@ -8,7 +8,7 @@ from functools import partial
 import bpy
 
 from ..reading.read_node_graph import feed_of, find_input
-from .marked_nodes import MARK, PLAIN, before, marked, marked_nodes
+from .marked_nodes import MARK, before, marked, marked_nodes
 from .surface_colours import Surface, UnknownSurfaceError, Value, diffuse_inputs, surface_of, value_of
 
 
@@ -72,7 +72,6 @@ def multiply(socket: bpy.types.NodeSocket, attribute: str) -> None:
 def make_plain(material: bpy.types.Material) -> bpy.types.NodeTree:
     """Nodes for a material that is shown by its plain settings, beside those that it may have and not use."""
     material.use_nodes = True
-    material[MARK] = PLAIN
     tree = material.node_tree
     shader, output = marked(tree, "ShaderNodeBsdfPrincipled"), marked(tree, "ShaderNodeOutputMaterial")
     for name, value in (

@@ -7,9 +7,8 @@ from collections.abc import Iterator
 import bpy
 
 #: the custom property of such a node: the identifier of the input that has what was there before, or ""; and of a
-#: material with such nodes: NODES, or PLAIN if it used none before
+#: material with such nodes: {"attribute", "quantity", "way": what it uses and how, "plain": whether it had no nodes}
 MARK = "detp_light"
-NODES, PLAIN = "nodes", "plain"
 
 _MIXES = ("ShaderNodeMix", "ShaderNodeMixShader")
 

@@ -7,20 +7,18 @@ lamps light them still. In both forms Blender's glTF exporter finds the attribut
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import ExitStack
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 import bpy
-import numpy as np
 
 from ...core.errors import NotBakedError
 from ..reading.read_node_graph import node_tree
-from ..report import counted
-from ..writing.baked_layers import WHITE, light_of, take_mark_of
-from ..writing.write_attributes import MeshColours, element_count, obstacle, write_layers
+from ..report import counted, some
+from ..writing.baked_layers import WHITE, light_of, remove_layer
 from .light_nodes import make_plain, make_unlit, multiply, strip, surface_inputs, surface_outputs
-from .marked_nodes import MARK, NODES, PLAIN
+from .marked_nodes import MARK
+from .mesh_layers import drop_looks, spoilt_exports, whiten
 
 #: how light can be used; "auto" takes base colour for ambient occlusion, which lamps are to light, else unlit
 WAYS = ("auto", "unlit", "base-color")
@@ -72,19 +70,35 @@ def use_in_materials(objects: Iterable[bpy.types.Object], attribute: str, way: s
             (use.unlit if used == "unlit" else use.base).append(material.name)
             if quantity != "shaded" and _has_paint(material):
                 painted.append(material.name)
-    use.notes += [f"{counted(len(names), 'material')} {reason}: {_some(names)}." for reason, names in refused.items()]
+    use.notes += [f"{counted(len(names), 'material')} {reason}: {some(names)}." for reason, names in refused.items()]
     if painted:
         use.notes.append(
-            f"A glTF file has room for the light or the paint of a material, not for both: {_some(painted)}. "
+            f"A glTF file has room for the light or the paint of a material, not for both: {some(painted)}. "
             f"Bake 'shaded' to have both in one."
         )
     if bare:
         use.notes.append(
-            f"{counted(len(bare), 'object')} without material: {_some(bare)}. A glTF file has their light, cut at 1."
+            f"{counted(len(bare), 'object')} without material: {some(bare)}. A glTF file has their light, cut at 1."
         )
     domain = baked[0].data.color_attributes[attribute].domain
-    use.notes += _whiten(set(use.unlit + use.base), attribute, domain)
+    use.notes += whiten(set(use.unlit + use.base), attribute, domain)
+    drop_looks(baked, attribute)
+    use.notes += spoilt_exports(baked)
     return use
+
+
+def refresh_materials(objects: Iterable[bpy.types.Object], attribute: str) -> list[str]:
+    """Make materials of ``objects`` anew that use ``attribute`` as another quantity than it holds now; notes on it."""
+    stale = {}
+    for obj in objects:
+        quantity = light_of(obj.data, attribute)["quantity"]
+        for material in materials_with_light([obj]):
+            if material[MARK]["attribute"] == attribute and material[MARK]["quantity"] != quantity:
+                stale[material] = quantity
+    for material, quantity in stale.items():
+        _use(material, attribute, quantity, material[MARK]["way"])
+    names = [material.name for material in stale]
+    return [f"Materials that use the light were made anew for what it is now: {some(names)}."] if names else []
 
 
 def remove_from_materials(objects: Iterable[bpy.types.Object]) -> int:
@@ -96,8 +110,7 @@ def remove_from_materials(objects: Iterable[bpy.types.Object]) -> int:
         if mesh.library is None and not any(material is not None and MARK in material for material in mesh.materials):
             for name in [layer.name for layer in mesh.color_attributes]:
                 if light_of(mesh, name)["quantity"] == WHITE:
-                    take_mark_of(mesh, name)
-                    mesh.attributes.remove(mesh.attributes[name])
+                    remove_layer(mesh, name)
     return len(found)
 
 
@@ -118,9 +131,9 @@ def _has_light(mesh: bpy.types.Mesh, attribute: str) -> bool:
 def _restore(material: bpy.types.Material) -> None:
     for tree in list(_trees(material)):
         strip(tree)
-    if material.get(MARK) == PLAIN:
-        material.use_nodes = False
     if MARK in material:
+        if material[MARK]["plain"]:
+            material.use_nodes = False
         del material[MARK]
 
 
@@ -140,11 +153,12 @@ def _use(material: bpy.types.Material, attribute: str, quantity: str, way: str) 
     """Use light in one material: how it was used, or why it was not."""
     if material.library is not None or material.override_library is not None:
         return "", "linked from a library, where light cannot be put in; make local to use it"
+    _restore(material)
+    tree = node_tree(material)
+    material[MARK] = {"attribute": attribute, "quantity": quantity, "way": way, "plain": tree is None}
     if way == "auto":
         way = "base-color" if quantity == "ambient-occlusion" else "unlit"
-    _restore(material)
-    material[MARK] = NODES
-    tree = node_tree(material) or make_plain(material)
+    tree = tree or make_plain(material)
     if way == "unlit" or quantity == "shaded":
         outputs = surface_outputs(tree)
         if outputs and all(make_unlit(tree, output, attribute, quantity) for output in outputs):
@@ -165,36 +179,3 @@ def _use(material: bpy.types.Material, attribute: str, quantity: str, way: str) 
 def _has_paint(material: bpy.types.Material) -> bool:
     """Whether nodes of the material itself ask for colours of the mesh."""
     return any(node.bl_idname in _PAINT and MARK not in node for tree in _trees(material) for node in tree.nodes)
-
-
-def _whiten(materials: set[str], attribute: str, domain: str) -> list[str]:
-    """Give white light to other meshes with the same materials, which would be black without any; notes on it."""
-    lit, dark, seen = [], [], set()
-    for obj in bpy.data.objects:
-        if obj.type != "MESH" or obj.data in seen or attribute in obj.data.color_attributes:
-            continue
-        if not any(slot.material is not None and slot.material.name in materials for slot in obj.material_slots):
-            continue
-        seen.add(obj.data)
-        (dark if obstacle(obj, attribute, domain) else lit).append(obj)
-    with ExitStack() as undo:
-        for obj in lit:
-            white = np.ones((element_count(obj.data, domain), 3))
-            write_layers(MeshColours(obj, {attribute: white}, {"quantity": WHITE}), domain, None, undo)
-        undo.pop_all()
-    notes = []
-    if lit:
-        notes.append(
-            f"{counted(len(lit), 'object')} with the same materials but without baked light got white light, so that "
-            f"they are not black: {_some([obj.name for obj in lit])}."
-        )
-    if dark:
-        notes.append(
-            f"{counted(len(dark), 'object')} with the same materials can hold no light and turn black: "
-            f"{_some([obj.name for obj in dark])}."
-        )
-    return notes
-
-
-def _some(names: Sequence[str]) -> str:
-    return ", ".join(f"'{name}'" for name in names[:3]) + (", ..." if len(names) > 3 else "")

@@ -5,7 +5,7 @@ from bpy.app.handlers import persistent
 
 from . import session
 from .forecasts import forget_unsaved
-from .show_light import follow_undo
+from .show_light import follow_light
 
 
 @persistent
@@ -26,7 +26,7 @@ def _before_undo(*_args):
 
 @persistent
 def _after_undo(*_args):
-    follow_undo()
+    follow_light()
 
 
 def _pairs():

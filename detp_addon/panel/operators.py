@@ -13,7 +13,7 @@ from ..units import metres_per_unit
 from ..writing.face_division import divide_faces, select_faces
 from ..writing.live_colours import LiveColours
 from . import session
-from .forecasts import remember
+from .forecasts import forecast_of, remember
 from .properties import BakeOptions, bake_request, option_names, scene_options
 from .show_light import show_while
 
@@ -115,7 +115,9 @@ class DETP_OT_bake(BakeOptions, bpy.types.Operator):
             return None
         self._request = replace(request, look=self._live)
         live = LiveColours(request.domain, request.attribute if request.activate else None) if self._live else None
-        return session.begin(bake_scene(context.scene, context.view_layer, self._request, live))
+        steps = bake_scene(context.scene, context.view_layer, self._request, live)
+        expected = forecast_of(context.scene, context.view_layer, self._request)
+        return session.begin(steps, expected.seconds if expected is not None else None)
 
     def _work(self):
         away = time.perf_counter() - self._worked
@@ -140,15 +142,15 @@ class DETP_OT_bake(BakeOptions, bpy.types.Operator):
     def _show_progress(self, context):
         progress = self._bake.progress
         self._drawn, self._phase = time.perf_counter(), progress.phase
-        _set_status(self._workspace, f"DETP bake: {progress.phase}, {progress.fraction:.0%}   |   Esc: Cancel")
-        _redraw_sidebars(context)
+        _set_status(self._workspace, f"DETP bake: {progress.phase}, {self._bake.fraction:.0%}   |   Esc: Cancel")
+        _redraw_panels(context)
 
     def _close(self, context):
         if self._timer is not None:
             context.window_manager.event_timer_remove(self._timer)
             self._timer = None
         _set_status(self._workspace, None)
-        _redraw_sidebars(context)
+        _redraw_panels(context)
 
 
 class DETP_OT_cancel(bpy.types.Operator):
@@ -254,12 +256,11 @@ def _set_status(workspace: str, text: str | None) -> None:
         found.status_text_set(text)
 
 
-def _redraw_sidebars(context) -> None:
-    for window in context.window_manager.windows:
-        for area in window.screen.areas:
-            for region in area.regions if area.type == "VIEW_3D" else ():
-                if region.type == "UI":
-                    region.tag_redraw()
+def _redraw_panels(context) -> None:
+    for area in (area for window in context.window_manager.windows for area in window.screen.areas):
+        for region in area.regions:
+            if (area.type, region.type) in (("VIEW_3D", "UI"), ("PROPERTIES", "WINDOW")):
+                region.tag_redraw()
 
 
 CLASSES = (

@@ -67,10 +67,10 @@ class _Output:
         """Settings, greyed out during a bake."""
         settings = context.scene.detp
         column = settings_column(self.layout)
-        column.prop(settings, "fit_exposure")
-        row = column.row()
-        row.enabled = not settings.fit_exposure
-        row.prop(settings, "exposure")
+        exposure = column.column(align=True, heading="Exposure")
+        exposure.prop(settings, "fit_exposure", text="Fit")
+        if not settings.fit_exposure:
+            exposure.prop(settings, "exposure", text=" ")
         column.prop(settings, "clamp")
         column.prop(settings, "storage")
         column.separator()
@@ -160,9 +160,9 @@ def _draw_progress(layout: bpy.types.UILayout, bake: session.BakeSession) -> Non
     column = layout.column(align=True)
     bar = column.row()
     bar.scale_y = 1.3
-    bar.progress(factor=progress.fraction, type="BAR", text=f"{progress.phase}  {progress.fraction:.0%}")
+    bar.progress(factor=bake.fraction, type="BAR", text=f"{progress.phase}  {bake.fraction:.0%}")
     row = column.row(align=True)
-    left = "" if progress.remaining is None else f"About {duration(progress.remaining)} left"
+    left = "" if bake.remaining is None else f"About {duration(bake.remaining)} left"
     now = "" if progress.error is None else f"error {progress.error:.1%}"
     row.label(text=", ".join(filter(None, (left, now))))
     row = column.row(align=True)

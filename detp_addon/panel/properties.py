@@ -148,7 +148,7 @@ class BakeOptions:
         options={"SKIP_SAVE"},
     )
     split: BoolProperty(
-        name="Direct and Indirect Apart",
+        name="Split Light",
         description="Write direct and indirect light also into attributes of their own, with _direct and _indirect "
         "after the name",
         default=False,
@@ -256,7 +256,7 @@ class BakeOptions:
         options={"SKIP_SAVE"},
     )
     activate: BoolProperty(
-        name="Make Active",
+        name="Activate",
         description="Make the attribute the one that the viewport and renders show. Off leaves their choice as it is. "
         "Later bakes read the paint below either way",
         default=True,

@@ -26,16 +26,21 @@ DONE, CANCELLED, FAILED = "DONE", "CANCELLED", "FAILED"
 #: Seconds after reading the scene in which no pause is made to show what comes next: the first light comes the sooner.
 HURRY = 1.0
 
+#: The share of a bake that the forecast alone may say is done.
+MOST_GUESSED = 0.2
+
 
 class BakeSession:
     """One run of the generator ``steps``; nobody else may step or close it.
 
     progress  where it stands
     outcome   None while it runs
+    expected  seconds that it was forecast to take, None when nothing is known
     """
 
-    def __init__(self, steps: Generator[JobProgress, None, BakeReport]):
-        self._steps = steps
+    def __init__(self, steps: Generator[JobProgress, None, BakeReport], expected: float | None = None):
+        self._steps, self._expected = steps, expected
+        self._start, self._shown = time.perf_counter(), 0.0
         self._phases: set[str] = set()
         self._read = math.inf  # when the scene had been read
         self._stop: bool | None = None
@@ -71,6 +76,22 @@ class BakeSession:
                 return
 
     @property
+    def fraction(self) -> float:
+        """The share done (0..1), which never falls; at first by the forecast, as far as MOST_GUESSED."""
+        passed = time.perf_counter() - self._start
+        guess = min(passed / self._expected, MOST_GUESSED) if self._expected else 0.0
+        self._shown = max(self._shown, self.progress.fraction, guess)
+        return self._shown
+
+    @property
+    def remaining(self) -> float | None:
+        """The seconds still needed; by the forecast until the bake itself knows, None when that is over."""
+        if self.progress.remaining is not None or self._expected is None:
+            return self.progress.remaining
+        left = self._expected - (time.perf_counter() - self._start)
+        return left if left > 0 else None
+
+    @property
     def stopped(self) -> bool:
         """Whether the user has ended it before its end."""
         return bool(self._stop)
@@ -104,10 +125,10 @@ def running() -> BakeSession | None:
     return _latest if _latest is not None and _latest.outcome is None else None
 
 
-def begin(steps: Generator[JobProgress, None, BakeReport]) -> BakeSession:
-    """Make ``steps`` the running bake, in place of one that is over."""
+def begin(steps: Generator[JobProgress, None, BakeReport], expected: float | None = None) -> BakeSession:
+    """Make ``steps``, which are ``expected`` to take so many seconds, the running bake in place of one that is over."""
     global _latest
-    _latest = BakeSession(steps)
+    _latest = BakeSession(steps, expected)
     return _latest
 
 

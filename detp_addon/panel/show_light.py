@@ -5,6 +5,7 @@ from contextlib import suppress
 
 import bpy
 
+from ..materials.use_light import materials_with_light
 from ..writing.baked_layers import holds_light, look_of
 from .properties import attribute_name
 
@@ -12,9 +13,13 @@ from .properties import attribute_name
 _before: dict[int, dict[str, str]] = {}
 _undone: set[int] = set()
 
+#: how a viewport shows light: as flat colours, or by the materials that use it
+_FLAT = {"type": "SOLID", "color_type": "VERTEX", "light": "FLAT"}
+_MATERIAL = {"type": "MATERIAL"}
+
 
 class DETP_OT_show(bpy.types.Operator):
-    """Show the baked light in this viewport as flat colors; press again to go back"""
+    """Show the baked light in this viewport, by the materials that use it or as flat colors; press again to go back"""
 
     bl_idname = "detp.show"
     bl_label = "Show Baked Light"
@@ -31,10 +36,12 @@ class DETP_OT_show(bpy.types.Operator):
         return True
 
     def execute(self, context):
-        """Solid shading, vertex colours, flat light, or back to what it was before."""
-        if not shows_light(context.area):
+        """Change the shading, or put back what it was before."""
+        if shows_light(context.area, context.scene):
+            _go_back(context.area)
+        else:
             _choose_layers(context.scene)
-        _switch(context.area)
+            _show(context.area, context.scene)
         return {"FINISHED"}
 
 
@@ -44,41 +51,54 @@ def has_light(scene: bpy.types.Scene) -> bool:
 
 
 def show_while(context) -> Callable[[], None]:
-    """Show the light in the viewport of ``context`` while it is baked; returns what takes the viewport back."""
-    area = context.area
-    if area is None or area.type != "VIEW_3D" or shows_light(area):
+    """Show the light in a viewport while it is baked: that of ``context``, or the largest of its window.
+
+    Returns what takes the viewport back.
+    """
+    views = [area for area in context.window.screen.areas if area.type == "VIEW_3D"]
+    area = (
+        context.area if context.area in views else max(views, key=lambda view: view.width * view.height, default=None)
+    )
+    scene = context.scene
+    if area is None or shows_light(area, scene):
         return lambda: None
-    _switch(area)
+    _show(area, scene)
 
     def take_back() -> None:
         with suppress(ReferenceError):
-            if area.type == "VIEW_3D" and shows_light(area):
-                _switch(area)
+            if area.type == "VIEW_3D" and shows_light(area, scene):
+                _go_back(area)
 
     return take_back
 
 
-def follow_undo() -> None:
-    """Viewports that showed light which an undo has taken away go back, and show it again when it is back."""
+def follow_light() -> None:
+    """After an undo, or when materials have changed: viewports that show light show it in the way that fits now.
+
+    Those whose light an undo has taken away go back, and show it again when it is back.
+    """
     scene = bpy.context.scene
     if scene is None or not hasattr(scene, "detp"):
         return
     lit = has_light(scene)
     for area in (area for window in bpy.context.window_manager.windows for area in window.screen.areas):
         key = area.as_pointer()
-        if area.type == "VIEW_3D" and not lit and key in _before and shows_light(area):
-            _undone.add(key)
-            _switch(area)
-        elif area.type == "VIEW_3D" and lit and key in _undone:
+        if area.type != "VIEW_3D":
+            continue
+        if key in _before and (_looks_like(area, _FLAT) or _looks_like(area, _MATERIAL)):
+            if lit:
+                _show(area, scene)
+            else:
+                _undone.add(key)
+                _go_back(area)
+        elif lit and key in _undone:
             _undone.discard(key)
-            if not shows_light(area):
-                _switch(area)
+            _show(area, scene)
 
 
-def shows_light(area: bpy.types.Area) -> bool:
-    """Whether a viewport shows the colour attributes unlit."""
-    shading = area.spaces.active.shading
-    return (shading.type, shading.color_type, shading.light) == ("SOLID", "VERTEX", "FLAT")
+def shows_light(area: bpy.types.Area, scene: bpy.types.Scene) -> bool:
+    """Whether a viewport shows the light of the scene."""
+    return _looks_like(area, _way(scene))
 
 
 def draw_in_shading(self, context) -> None:
@@ -89,19 +109,32 @@ def draw_in_shading(self, context) -> None:
 
 def draw_show(layout: bpy.types.UILayout, context) -> None:
     """The button itself, pressed while the light is shown."""
-    layout.operator("detp.show", icon="SHADING_SOLID", depress=shows_light(context.area))
+    layout.operator("detp.show", icon="SHADING_SOLID", depress=shows_light(context.area, context.scene))
 
 
-def _switch(area: bpy.types.Area) -> None:
+def _show(area: bpy.types.Area, scene: bpy.types.Scene) -> None:
     shading = area.spaces.active.shading
-    key = area.as_pointer()
-    if shows_light(area):
-        wanted = _before.pop(key, {"color_type": "MATERIAL", "light": "STUDIO"})
-    else:
-        _before[key] = {name: getattr(shading, name) for name in ("color_type", "light", "type")}
-        wanted = {"type": "SOLID", "color_type": "VERTEX", "light": "FLAT"}
-    for name, value in wanted.items():
+    _before.setdefault(area.as_pointer(), {name: getattr(shading, name) for name in ("color_type", "light", "type")})
+    for name, value in _way(scene).items():
         setattr(shading, name, value)
+
+
+def _go_back(area: bpy.types.Area) -> None:
+    shading = area.spaces.active.shading
+    before = _before.pop(area.as_pointer(), {"color_type": "MATERIAL", "light": "STUDIO", "type": "SOLID"})
+    # Colours and light are settings of solid shading.
+    shading.type = "SOLID"
+    for name, value in before.items():
+        setattr(shading, name, value)
+
+
+def _way(scene: bpy.types.Scene) -> dict[str, str]:
+    return _MATERIAL if any(True for _ in materials_with_light(scene.objects)) else _FLAT
+
+
+def _looks_like(area: bpy.types.Area, way: dict[str, str]) -> bool:
+    shading = area.spaces.active.shading
+    return all(getattr(shading, name) == value for name, value in way.items())
 
 
 def _lit_meshes(scene: bpy.types.Scene) -> Iterator[bpy.types.Mesh]:

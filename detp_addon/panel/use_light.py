@@ -10,6 +10,7 @@ from ..report import counted
 from ..writing.encoding import fit_stored
 from . import session
 from .properties import attribute_name
+from .show_light import follow_light
 
 
 class _Idle:
@@ -53,6 +54,7 @@ class DETP_OT_use_in_material(_Idle, bpy.types.Operator):
         for note in use.notes:
             self.report({"WARNING"}, escaped(note))
         self.report({"INFO"}, f"{use.sentence()} Material Preview, renders and glTF exports show it.")
+        follow_light()
         return {"FINISHED"}
 
 
@@ -67,6 +69,7 @@ class DETP_OT_remove_from_material(_Idle, bpy.types.Operator):
         """The light itself stays in its attribute."""
         count = remove_from_materials(context.scene.objects)
         self.report({"INFO"}, f"Removed the light from {counted(count, 'material')}.")
+        follow_light()
         return {"FINISHED"}
 
 

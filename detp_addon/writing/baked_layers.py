@@ -109,8 +109,9 @@ def holds_light(mesh: bpy.types.Mesh, name: str) -> bool:
     return marked and light_of(mesh, name)["quantity"] != WHITE
 
 
-def take_mark_of(mesh: bpy.types.Mesh, name: str) -> None:
-    """Forget the layer of that name."""
+def remove_layer(mesh: bpy.types.Mesh, name: str) -> None:
+    """Remove the layer of that name from the mesh and its mark."""
+    mesh.attributes.remove(mesh.attributes[name])
     mark = _mark(mesh)
     mesh[MARK] = mark | {
         part: {other: value for other, value in mark[part].items() if other != name} for part in ("layers", "light")

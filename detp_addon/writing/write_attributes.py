@@ -11,6 +11,7 @@ import numpy as np
 from ...core.errors import AttributeNameTakenError, DetpError, EditModeError, InvalidSettingError, UnwritableFileError
 from ..reading.read_attributes import face_sizes
 from ..reading.read_meshes import corner_vertex_indices, vertex_positions
+from ..report import some
 from .baked_layers import LOOK, colour_layers, leave_mark, light_of, look_of, put_mark
 from .element_values import Faces
 
@@ -115,13 +116,13 @@ def write_colours(colours: list[MeshColours], domain: str, shown: str | None = N
     elif copied:
         notes.append(
             f"{len(copied)} objects shared a mesh and were given copies, to hold the light of their places: "
-            f"{_some(copied)}."
+            f"{some(copied)}."
         )
     too_bright = [
         entry.object.name for entry in colours if any((abs(c) > _LARGEST).any() for c in entry.layers.values())
     ]
     if too_bright:
-        notes.append(f"The light is brighter than a colour can hold, and was cut there, on {_some(too_bright)}.")
+        notes.append(f"The light is brighter than a colour can hold, and was cut there, on {some(too_bright)}.")
     return notes
 
 
@@ -148,10 +149,6 @@ def _look_name(entry: MeshColours, domain: str) -> str:
     if entry.look is None or len(name.encode()) > LONGEST_NAME or obstacle(entry.object, name, domain, "BYTE_COLOR"):
         return ""
     return name if name not in mesh.attributes or light_of(mesh, name)["quantity"] == LOOK else ""
-
-
-def _some(names: list[str]) -> str:
-    return ", ".join(f"'{name}'" for name in names[:3]) + (", ..." if len(names) > 3 else "")
 
 
 def _separate_meshes(objects: list[bpy.types.Object], undo: ExitStack) -> list[str]:

@@ -57,7 +57,7 @@ def state():
         attributes = mesh.attributes
         found[mesh.name] = attributes.active_color_name, attributes.default_color_name
         for layer in attributes:
-            if layer.data_type == "FLOAT_COLOR":
+            if layer.data_type in ("FLOAT_COLOR", "BYTE_COLOR"):
                 values = np.empty(4 * len(layer.data), np.float32)
                 layer.data.foreach_get("color", values)
                 found[mesh.name, layer.name] = layer.domain, values.tobytes()
@@ -84,9 +84,10 @@ def test_cancelling_takes_back_what_was_shown(activate):
         layer.data.foreach_set("color", np.random.default_rng(1).random(4 * len(layer.data)).astype(np.float32))
     mesh.attributes.active_color_name = mesh.attributes.default_color_name = "mine"
     before = state()
-    generator = steps(activate=activate)
+    generator = steps(activate=activate, look=True)
     until_shown(generator)
     assert state() != before
+    assert activate == ("irradiance_look" in bpy.data.objects["Floor"].data.attributes)
     generator.close()
     assert state() == before
 

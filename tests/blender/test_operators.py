@@ -95,6 +95,23 @@ class TestSession:
         bake.run()
         assert bake.outcome.status == session.DONE
 
+    def test_before_the_bake_knows_the_forecast_says_how_far_it_is(self, monkeypatch):
+        now = [100.0]
+        monkeypatch.setattr(session.time, "perf_counter", lambda: now[0])
+        bake = session.begin(steps(4, REPORT), expected=10.0)
+        bake.step(0.0)
+        assert (bake.fraction, bake.remaining) == (0.0, 10.0)
+        now[0] += 1.0
+        assert (bake.fraction, bake.remaining) == (pytest.approx(0.1), 9.0)
+        now[0] += 8.0
+        assert (bake.fraction, bake.remaining) == (session.MOST_GUESSED, 1.0)
+        now[0] += 2.0
+        assert bake.remaining is None
+        bake.step(0.0)
+        bake.step(0.0)
+        assert bake.fraction == bake.progress.fraction == 0.5
+        assert session.begin(steps(4, REPORT)).remaining is None
+
     def test_runs_to_the_end(self):
         bake = session.begin(steps(10, REPORT))
         bake.run()

@@ -5,9 +5,10 @@ import types
 import bpy
 import numpy as np
 import pytest
+from detp.detp_addon.materials.use_light import remove_from_materials, use_in_materials
 from detp.detp_addon.panel import show_light
 from detp.detp_addon.writing.write_attributes import MeshColours, write_colours
-from small_scenes import cube, grid
+from small_scenes import cube, grid, painted
 
 pytestmark = pytest.mark.usefixtures("addon")
 
@@ -16,7 +17,7 @@ class Area:
     """A viewport with the shading that Blender starts with."""
 
     def __init__(self):
-        self.type = "VIEW_3D"
+        self.type, self.width, self.height = "VIEW_3D", 100, 100
         self.shading = types.SimpleNamespace(type="RENDERED", color_type="MATERIAL", light="STUDIO")
         self.spaces = types.SimpleNamespace(active=types.SimpleNamespace(shading=self.shading))
 
@@ -36,7 +37,10 @@ def context():
     grid("Floor")
     cube("Box")
     area = Area()
-    return types.SimpleNamespace(area=area, space_data=types.SimpleNamespace(type="VIEW_3D"), scene=bpy.context.scene)
+    window = types.SimpleNamespace(screen=types.SimpleNamespace(areas=[area]))
+    return types.SimpleNamespace(
+        area=area, window=window, space_data=types.SimpleNamespace(type="VIEW_3D"), scene=bpy.context.scene
+    )
 
 
 def light_up(name="Floor", attribute="irradiance", look=False, shown=None):
@@ -84,22 +88,43 @@ def test_viewports_show_the_look_and_renders_the_light():
     assert layers.active_color_name == "irradiance" and tuple(layers["irradiance_look"].data[0].color) == (1, 0, 0, 1)
 
 
-def test_undo_takes_the_shading_back_and_redo_brings_it(context, monkeypatch):
-    window = types.SimpleNamespace(screen=types.SimpleNamespace(areas=[context.area]))
-    manager = types.SimpleNamespace(windows=[window])
-    fake = types.SimpleNamespace(
-        context=types.SimpleNamespace(scene=context.scene, window_manager=manager, area=context.area)
-    )
+def test_materials_that_use_the_light_show_it_themselves(context, monkeypatch):
+    manager = types.SimpleNamespace(windows=[context.window])
+    fake = types.SimpleNamespace(context=types.SimpleNamespace(scene=context.scene, window_manager=manager))
     monkeypatch.setattr(show_light, "bpy", fake)
+    floor = bpy.data.objects["Floor"]
+    painted(floor, (0.8, 0.4, 0.2))
+    light_up(look=True, shown="irradiance")
+    show_light.DETP_OT_show.execute(None, context)
+    assert context.area.state == LIT
+    use_in_materials([floor], "irradiance")
+    # The layer for the viewport has done its work.
+    assert [layer.name for layer in floor.data.color_attributes] == ["irradiance"]
+    assert floor.data.attributes.active_color_name == "irradiance"
+    show_light.follow_light()
+    assert context.area.state[0] == "MATERIAL"
+    remove_from_materials([floor])
+    show_light.follow_light()
+    assert context.area.state == LIT
+    show_light.DETP_OT_show.execute(None, context)
+    assert context.area.state == BEFORE
+
+
+def test_undo_takes_the_shading_back_and_redo_brings_it(context, monkeypatch):
+    manager = types.SimpleNamespace(windows=[context.window])
+    fake = types.SimpleNamespace(context=types.SimpleNamespace(scene=context.scene, window_manager=manager))
+    monkeypatch.setattr(show_light, "bpy", fake)
+    view, context.area = context.area, None  # the button in the render properties shows the light all the same
     show_light.show_while(context)
+    context.area = view
     assert context.area.state == LIT
     light_up()
-    show_light.follow_undo()
+    show_light.follow_light()
     assert context.area.state == LIT
     mesh = bpy.data.objects["Floor"].data
     mesh.attributes.remove(mesh.attributes["irradiance"])
-    show_light.follow_undo()
+    show_light.follow_light()
     assert context.area.state == BEFORE
     light_up()
-    show_light.follow_undo()
+    show_light.follow_light()
     assert context.area.state == LIT

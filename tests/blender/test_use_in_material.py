@@ -274,6 +274,16 @@ def test_ambient_occlusion_goes_into_the_base_colour():
     assert use().base == ["plain"]
 
 
+def test_materials_follow_when_the_light_becomes_another_quantity(tmp_path):
+    room(plain)
+    bake()
+    use()
+    assert exported(tmp_path).material("plain")["pbrMetallicRoughness"]["baseColorFactor"][0] == pytest.approx(0.8)
+    assert any("'plain'" in warning for warning in bake(quantity="shaded").warnings)
+    assert "baseColorFactor" not in exported(tmp_path).material("plain")["pbrMetallicRoughness"]
+    assert bake(quantity="shaded").warnings == ()
+
+
 def test_what_is_not_baked_has_a_sentence():
     room(plain)
     with pytest.raises(NotBakedError, match="'night'"):

@@ -161,16 +161,15 @@ def try_a_whole_bake():
     yield from picture("baked")
     assert shading() == LIT
     yield from user.press("detp.show")
-    assert shading() != LIT
+    yield from user.wait_for(lambda: shading() != LIT, 5)
     yield from user.press("detp.show")
+    yield from user.wait_for(lambda: shading() == LIT, 5)
     yield from user.key("Z", ctrl=True)
-    yield 0.5
-    assert baked() == 0 and shading() != LIT, "Ctrl-Z must take the bake back, and the viewport with it"
+    yield from user.wait_for(lambda: baked() == 0 and shading() != LIT, 5)
     yield from user.key("Z", ctrl=True, shift=True)
-    yield 0.5
-    assert baked() == count and shading() == LIT, "Shift-Ctrl-Z must bring it again"
+    yield from user.wait_for(lambda: baked() == count and shading() == LIT, 5)
     yield from user.key("Z", ctrl=True)
-    yield 0.5
+    yield from user.wait_for(lambda: baked() == 0, 5)
 
 
 def try_use_in_material():
@@ -183,11 +182,9 @@ def try_use_in_material():
     assert using(), "no material uses the light"
     yield from picture("used")
     yield from user.key("Z", ctrl=True)
-    yield 0.5
-    assert not using() and baked() > 0
+    yield from user.wait_for(lambda: not using() and baked() > 0, 5)
     yield from user.key("Z", ctrl=True)
-    yield 0.5
-    assert baked() == 0
+    yield from user.wait_for(lambda: baked() == 0, 5)
 
 
 def rendered():

@@ -90,6 +90,9 @@ def find(operator, below=None):
     height, until it is over it."""
     region = sidebar()
     x, hits = region.x + region.width * 0.65, []
+    # Until Blender has seen the pointer leave, the last button counts as under it.
+    move(region.x - 50, region.y + region.height // 2)
+    yield 0.3
     for y in range(below or region.y + region.height - 4, region.y + 4, -STEP):
         move(x, y)
         yield 0.05

@@ -29,6 +29,7 @@ from .photons.photon_light import PhotonLight, PhotonSearch
 from .photons.tracing import PhotonTracer
 from .points import Points
 from .radius import ChosenRadius, check_radius, chosen_radius
+from .random_streams import random_stream
 from .rays import RayCaster
 from .refinement import Refinement, first_rounds, look_in_every
 from .result import BakeResult, Progress
@@ -225,7 +226,7 @@ class Baking:
         why, where ``light`` (N, 3) W/m^2 is known at the points."""
         settings, searches = self._settings, self._photons.searches
         with self._stopwatch("gather"):
-            sample = self.tracer.trace(SAMPLE_PHOTONS, np.random.default_rng(settings.seed)).segments
+            sample = self.tracer.trace(SAMPLE_PHOTONS, random_stream(settings.seed, "sample")).segments
             for search in searches:
                 some = sample.of_kind(search.kind)
                 expected = max(1, search.count(likely) * len(some) // SAMPLE_PHOTONS)

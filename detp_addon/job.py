@@ -439,7 +439,8 @@ def _doubts(
     """What in the result itself the user should know."""
     doubts = []
     aim = settings.aimed_noise
-    short = aim is not None and result.relative_error > aim * (1 + 1e-9)
+    # Points that are known exactly hide no others.
+    short = aim is not None and result.seen.unsure_error > aim * (1 + 1e-9)
     if stopped:
         doubts.append("The bake was stopped before its end, and what it had found was kept.")
     elif short:

@@ -1,1 +1,1 @@
-"""The command line: its options, many files one after the other, signals, and lines on a terminal."""
+"""The command line: its options, many files, each in a process of its own, signals, and lines on a terminal."""

@@ -8,6 +8,7 @@ import bpy
 import numpy as np
 
 from ...core.bake import Baking
+from ...core.photons.photon_light import PHOTONS_PER_TRACE
 from ...core.points import Points
 from ...core.random_streams import random_stream
 from ...core.segments import Segments
@@ -17,9 +18,6 @@ from ...core.study.scene import StudyScene
 from ..command.blender_output import blender_silenced
 from ..files.open_files import check_readable, open_blend
 from ..reading.read_scene import read_scene
-
-#: particles traced at a time
-PHOTONS = 1 << 15
 
 
 def load_study_scene(name: str, path: Path, segments: int) -> StudyScene:
@@ -37,11 +35,11 @@ def load_study_scene(name: str, path: Path, segments: int) -> StudyScene:
         finished(stage())
     parts: list[Segments] = []
     while sum(map(len, parts)) < segments:
-        generator = random_stream(0, "photons", len(parts))
-        parts.append(work.tracer.trace(PHOTONS, generator).segments)
+        generator = random_stream(0, "photons", len(parts) * PHOTONS_PER_TRACE)
+        parts.append(work.tracer.trace(PHOTONS_PER_TRACE, generator).segments)
     traced = Segments.joined(parts)
     # A bake leaves direct light to shadow rays, and searches the rest.
-    searched = np.count_nonzero(traced.bounce) * work.disc.photons // (PHOTONS * len(parts))
+    searched = np.count_nonzero(traced.bounce) * work.disc.photons // (PHOTONS_PER_TRACE * len(parts))
     return StudyScene(
         name, len(export.scene.triangles), export.centres, export.normals, work.disc.radius, traced.spread(segments),
         max(1, searched),

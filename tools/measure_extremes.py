@@ -72,7 +72,8 @@ def _baked_objects(count: int) -> tuple[str, bool]:
     """Bakes the ground under a cloud of ``count`` cubes, all one mesh, in a new Blender scene."""
     import bpy
     from detp.core.settings import BakeSettings
-    from detp.detp_addon.job import BakeRequest, bake_scene
+    from detp.detp_addon.job import bake_scene
+    from detp.detp_addon.request import BakeRequest
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene

@@ -14,9 +14,10 @@ import bpy
 from detp.core.settings import BakeSettings
 from detp.core.stages import finished
 from detp.detp_addon.files.open_files import open_blend
-from detp.detp_addon.job import BakeRequest, bake_scene
+from detp.detp_addon.job import bake_scene
 from detp.detp_addon.preview.camera import frame
 from detp.detp_addon.preview.render_preview import HEIGHT, WIDTH, render_preview
+from detp.detp_addon.request import BakeRequest
 from detp.detp_addon.tradeoff.cycles_bake import set_up_cycles
 from PIL import Image
 

@@ -20,10 +20,11 @@ from ..chosen_views import View, ViewChoice, chosen_views, shared_objects
 from ..files.bake_mark import BakeMark, fingerprint, mark_output
 from ..files.open_files import check_readable, is_compressed, open_blend
 from ..files.write_files import check_writable, replace_file, save_blend
-from ..job import BakeRequest, bake_scene
+from ..job import bake_scene
 from ..materials.use_light import use_in_materials
 from ..preview.render_preview import render_preview
 from ..report import BakeReport
+from ..request import BakeRequest
 from ..steps import JobProgress
 from ..writing.encoding import Encoding
 from ..writing.face_division import divide_faces, division_note

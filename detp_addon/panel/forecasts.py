@@ -6,7 +6,7 @@ import bpy
 
 from ...core.forecast import Forecast, forecast
 from ..chosen_objects import likely_points
-from ..job import BakeRequest
+from ..request import BakeRequest
 
 #: measured over predicted seconds of the last whole bake of a scene, by its file and name
 _factors: dict[tuple[str, str], float] = {}

@@ -4,7 +4,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from ...core.settings import QUALITIES, BakeSettings
-from ..job import BakeRequest
+from ..request import BakeRequest
 from ..writing.encoding import Encoding
 
 RADIUS_TIP = (

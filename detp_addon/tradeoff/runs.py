@@ -12,7 +12,8 @@ import numpy as np
 from ...core.settings import BakeSettings
 from ...core.stages import finished
 from ..command.blender_output import blender_silenced
-from ..job import BakeRequest, bake_scene
+from ..job import bake_scene
+from ..request import BakeRequest
 from .candidates import Candidate
 from .cycles_bake import BOUNCES, bake_with_cycles, light_of, set_up_cycles
 from .face_copies import copy_in

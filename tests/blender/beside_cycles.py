@@ -4,7 +4,8 @@ import bpy
 import numpy as np
 from detp.core.settings import BakeSettings
 from detp.core.stages import finished
-from detp.detp_addon.job import BakeRequest, bake_scene
+from detp.detp_addon.job import bake_scene
+from detp.detp_addon.request import BakeRequest
 from detp.detp_addon.tradeoff.cycles_bake import bake_with_cycles, light_of, set_up_cycles
 from detp.detp_addon.tradeoff.face_copies import give_light_attribute
 

@@ -8,7 +8,8 @@ bpy = pytest.importorskip("bpy")
 from detp.core.errors import OutOfMemoryError  # noqa: E402
 from detp.core.stages import finished  # noqa: E402
 from detp.detp_addon.command.command import main  # noqa: E402
-from detp.detp_addon.job import BakeRequest, bake_scene  # noqa: E402
+from detp.detp_addon.job import bake_scene  # noqa: E402
+from detp.detp_addon.request import BakeRequest  # noqa: E402
 from detp.detp_addon.writing.baked_layers import MARK, colour_layers  # noqa: E402
 from made_scenes import fresh, linked, material, mesh, node, quad, read, world  # noqa: E402
 from small_scenes import colours, opened, saved  # noqa: E402

@@ -10,8 +10,9 @@ from detp.core.errors import InvalidSettingError  # noqa: E402
 from detp.core.gatherers.choose import make_gatherer  # noqa: E402
 from detp.core.segments import Segments  # noqa: E402
 from detp.core.settings import BakeSettings  # noqa: E402
-from detp.detp_addon.job import BakeRequest, bake_scene  # noqa: E402
+from detp.detp_addon.job import bake_scene  # noqa: E402
 from detp.detp_addon.reading.remembered import DEEPEST, Remembered  # noqa: E402
+from detp.detp_addon.request import BakeRequest  # noqa: E402
 from detp.detp_addon.writing.write_attributes import MeshColours, write_colours  # noqa: E402
 from made_scenes import cube, fresh, lamp, material, node, quad, read, world  # noqa: E402
 

@@ -7,7 +7,8 @@ from detp.core.errors import AttributeNameTakenError, InvalidSettingError, NotBa
 from detp.core.settings import BakeSettings
 from detp.core.stages import finished
 from detp.detp_addon.command.command import main
-from detp.detp_addon.job import BakeRequest, bake_scene
+from detp.detp_addon.job import bake_scene
+from detp.detp_addon.request import BakeRequest
 from detp.detp_addon.writing.baked_layers import light_of
 from detp.detp_addon.writing.encoding import Encoding, encoded, fit_stored, fitted_scale
 from detp.detp_addon.writing.write_attributes import MeshColours, write_colours

@@ -8,9 +8,10 @@ import pytest
 from detp.core.settings import BakeSettings
 from detp.core.stages import finished
 from detp.core.triangles import normals_and_areas
-from detp.detp_addon.job import BakeRequest, bake_scene
+from detp.detp_addon.job import bake_scene
 from detp.detp_addon.panel import session
 from detp.detp_addon.reading.read_scene import read_scene
+from detp.detp_addon.request import BakeRequest
 from small_scenes import colours, cube, grid, lamp
 
 DIRECT = BakeSettings(indirect="off", quality="draft")

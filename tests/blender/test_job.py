@@ -15,7 +15,8 @@ from detp.core.errors import (
 )
 from detp.core.settings import BakeSettings
 from detp.detp_addon import job
-from detp.detp_addon.job import BakeRequest, bake_scene
+from detp.detp_addon.job import bake_scene
+from detp.detp_addon.request import BakeRequest
 from detp.detp_addon.writing import write_attributes
 from small_scenes import box_on_floor, colours, cube, grid
 

@@ -10,11 +10,12 @@ from detp import detp_addon
 from detp.core.forecast import forecast
 from detp.core.settings import BakeSettings
 from detp.core.stages import finished
-from detp.detp_addon.job import BakeRequest, bake_scene
+from detp.detp_addon.job import bake_scene
 from detp.detp_addon.panel import session
 from detp.detp_addon.panel.forecasts import forecast_of
 from detp.detp_addon.panel.operators import DETP_OT_bake
 from detp.detp_addon.panel.properties import bake_request, scene_options
+from detp.detp_addon.request import BakeRequest
 from detp.detp_addon.writing.live_colours import LiveColours
 from small_scenes import box_on_floor, colours
 

@@ -7,9 +7,10 @@ import pytest
 from detp import detp_addon
 from detp.core.errors import InvalidSettingError, NoLightError
 from detp.core.settings import QUALITIES, BakeSettings
-from detp.detp_addon.job import BakeRequest, JobProgress
 from detp.detp_addon.panel import operators, session
 from detp.detp_addon.panel.properties import bake_request, option_names, scene_options
+from detp.detp_addon.request import BakeRequest
+from detp.detp_addon.steps import JobProgress
 
 pytestmark = pytest.mark.usefixtures("addon")
 

@@ -5,7 +5,7 @@ import io
 import pytest
 from detp.detp_addon.command import progress
 from detp.detp_addon.command.progress import ProgressDisplay
-from detp.detp_addon.job import JobProgress
+from detp.detp_addon.steps import JobProgress
 
 
 class Terminal(io.StringIO):

@@ -7,9 +7,10 @@ bpy = pytest.importorskip("bpy")
 
 from detp.core.settings import BakeSettings  # noqa: E402
 from detp.core.stages import finished  # noqa: E402
-from detp.detp_addon.job import BakeRequest, bake_scene  # noqa: E402
+from detp.detp_addon.job import bake_scene  # noqa: E402
 from detp.detp_addon.panel.labels import length  # noqa: E402
 from detp.detp_addon.panel.properties import bake_request, register_properties, scene_options, unregister_properties  # noqa: E402
+from detp.detp_addon.request import BakeRequest  # noqa: E402
 from detp.detp_addon.units import metres_per_unit  # noqa: E402
 from made_scenes import fresh, lamp, linked, material, mesh, node, quad, read, world  # noqa: E402
 from small_scenes import colours  # noqa: E402

@@ -6,8 +6,8 @@ import re
 
 import bpy
 import numpy as np
-from detp.detp_addon.job import BakeRequest
 from detp.detp_addon.report import BakeReport, to_json
+from detp.detp_addon.request import BakeRequest
 from fuzz.fingerprint import baked_objects, broken_promises, fingerprint, values
 
 #: the longest that a clear sentence may be; some name three objects, whose names have sixty letters here

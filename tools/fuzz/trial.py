@@ -19,8 +19,9 @@ from detp import detp_addon
 from detp.core.errors import DetpError
 from detp.core.settings import BakeSettings
 from detp.detp_addon.command.command import main
-from detp.detp_addon.job import BakeRequest, bake_scene
+from detp.detp_addon.job import bake_scene
 from detp.detp_addon.panel import session
+from detp.detp_addon.request import BakeRequest
 from fuzz.chance import Chance
 from fuzz.fingerprint import broken_promises, fingerprint
 from fuzz.judgement import Refused, Wrong, judge_bake, judge_refusal, judged_report

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import fields
 
 from detp.core.settings import ESTIMATORS, GATHERERS, INDIRECT_LIGHT, QUALITIES, BakeSettings
-from detp.detp_addon.job import BakeRequest
+from detp.detp_addon.request import BakeRequest
 from detp.detp_addon.writing.element_values import QUANTITIES
 from fuzz.chance import Chance
 

@@ -1,0 +1,100 @@
+"""From values of light to the colours of each object, and what stands in their way."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import bpy
+import numpy as np
+
+from ..core.errors import DetpError, UnwritableFileError
+from .chosen_objects import objects_by_name
+from .materials.use_light import materials_with_light
+from .reading.read_scene import BakeTarget
+from .report import counted
+from .request import BakeRequest
+from .values import Values, known_rows
+from .writing.baked_layers import look_of
+from .writing.element_values import quantity_values, spread
+from .writing.encoding import fitted_scale, usual_scale
+from .writing.write_attributes import MeshColours, element_count, faces_of, obstacle
+
+
+def writable_targets(targets: tuple[BakeTarget, ...], request: BakeRequest) -> tuple[list[BakeTarget], list[str]]:
+    """The targets that can be written, and sentences on those that cannot; raises their error when none can."""
+    writable, refusals, objects = [], {}, objects_by_name()
+    for target in targets:
+        refusal = _obstacle(objects[target.object_name, target.library], request)
+        if refusal is not None:
+            refusals.setdefault(type(refusal), []).append(str(refusal))
+        else:
+            writable.append(target)
+    sentences = [sentence for group in refusals.values() for sentence in _first(group)]
+    if refusals and not writable:
+        raise next(iter(refusals))(" ".join(sentences))
+    return writable, sentences
+
+
+def _obstacle(obj: bpy.types.Object, request: BakeRequest) -> DetpError | None:
+    """Why one of the attributes cannot be written, or None when all can."""
+    kind = request.encoding.type
+    return next(filter(None, (obstacle(obj, name, request.domain, kind) for name in request.attributes)), None)
+
+
+def usual_scales(
+    scene: bpy.types.Scene, targets: list[BakeTarget], request: BakeRequest
+) -> tuple[float | None, float | None]:
+    """What light and look of the scene's other meshes were multiplied by: a part must be as bright as the rest."""
+    if request.targets == "visible":
+        return None, None
+    objects = objects_by_name()
+    written = [objects[each.object_name, each.library] for each in targets]
+    return tuple(usual_scale(scene, name, written) for name in (request.attribute, look_of(request.attribute)))
+
+
+def _first(sentences: list[str], shown: int = 3) -> list[str]:
+    """The first sentences, and how many more there are like them."""
+    more = len(sentences) - shown
+    return sentences if more <= 0 else [*sentences[:shown], f"The same holds for {counted(more, 'more object')}."]
+
+
+def colours_of(
+    targets: list[BakeTarget], light: Values, request: BakeRequest, look_scale: float | None
+) -> tuple[list[MeshColours], list[str]]:
+    """The colours of each target's elements, and a warning for each target that changed during the bake.
+
+    A ``look_scale`` of None fits the look to the light that surfaces reflect.
+    """
+    colours, gone, objects, reflected = [], [], objects_by_name(), []
+    parts = light.irradiance, light.direct, light.indirect
+    for target in targets:
+        obj = objects.get((target.object_name, target.library))
+        if obj is None or obj.type != "MESH" or element_count(obj.data, request.domain) != len(target.albedo):
+            gone.append(f"'{target.object_name}' was changed during the bake, so its colours were not written.")
+            continue
+        refusal = _obstacle(obj, request)
+        if refusal is not None:
+            gone.append(str(refusal))
+            continue
+        faces, layers, look = faces_of(obj.data, request.domain), {}, None
+        for name, irradiance in zip(request.attributes, parts, strict=False):
+            # What a surface emits is part of its direct light, and of the whole.
+            emission = np.zeros_like(target.emission) if irradiance is parts[2] else target.emission
+            values = spread(irradiance, known_rows(target, light.known), faces)
+            layers[name] = quantity_values(request.quantity, values, target.albedo, emission)
+            if irradiance is parts[0] and _looks(request, obj):
+                reflected.append(quantity_values("shaded", values, target.albedo, np.zeros_like(target.emission)))
+                look = reflected[-1] + target.emission
+        colours.append(MeshColours(obj, layers, look=look))
+    if not colours:
+        raise UnwritableFileError("Every object was changed during the bake, so no colours were written: bake again.")
+    if reflected:
+        scale = look_scale or fitted_scale(reflected)
+        colours = [replace(entry, look=np.clip(entry.look * scale, 0, 1), look_scale=scale) for entry in colours]
+    return colours, gone
+
+
+def _looks(request: BakeRequest, obj: bpy.types.Object) -> bool:
+    """Whether a layer for the look is wanted, and shows more than the light itself and the object's materials."""
+    useful = request.look and request.activate and request.quantity in ("lighting", "irradiance")
+    return useful and not any(True for _ in materials_with_light([obj]))

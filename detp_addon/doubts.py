@@ -1,0 +1,79 @@
+"""What in the result itself a user should know."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from ..core.direct.lit_behind import lit_behind
+from ..core.estimator.enclosure import unlit
+from ..core.result import BakeResult
+from ..core.scene import Scene
+from ..core.settings import BakeSettings
+from .causes import turned_away, why_dark
+from .reading.read_scene import BakeTarget
+from .report import counted
+from .values import BakedPoints
+
+#: objects that are dark all over, and points of each, whose backs are looked at; what counts as lit, of what is usual
+MOST_DARK, DARK_POINTS, LIT_BEHIND = 64, 16, 0.1
+
+#: share of the emitted flux that the bounce limit may cut without a warning
+HARMLESS_CUT = 0.01
+
+
+def doubts_of(
+    result: BakeResult, settings: BakeSettings, stopped: bool, scene: bpy.types.Scene, surfaces: Scene
+) -> list[str]:
+    """What in the result itself the user should know."""
+    doubts = []
+    aim = settings.aimed_noise
+    # Points that are known exactly hide no others.
+    short = aim is not None and result.seen.unsure_error > aim * (1 + 1e-9)
+    if stopped:
+        doubts.append("The bake was stopped before its end, and what it had found was kept.")
+    elif short:
+        remedy = "ask for it by its number, to bake on" if settings.error is None else "allow a larger radius"
+        doubts.append(
+            f"The error of {settings.target_error:.1%} that was aimed at was not reached with "
+            f"{counted(result.photons, 'photon')}: {remedy}, or choose a larger error."
+        )
+    if result.coarse.any():
+        doubts.append(
+            f"{counted(int(result.coarse.sum()), 'point')} of {len(result.coarse)} lie on faces so small, and so far "
+            f"from most of what is baked, that rounding tells in their light: bake them alone, or move them nearer."
+        )
+    if not result.irradiance.any():
+        doubts.append(why_dark(scene, surfaces.corners, result.photons))
+    emitted = np.abs(result.emitted_flux).sum()
+    cut = np.abs(result.cut_flux).sum()
+    if cut > HARMLESS_CUT * emitted:
+        doubts.append(
+            f"The limit on bounces cut off light worth {cut / emitted:.1%} of what the lights emit: "
+            f"allow more bounces, or use darker materials where the albedo is close to 1."
+        )
+    return doubts
+
+
+def dark_in_front(targets: list[BakeTarget], scene: Scene, points: BakedPoints, result: BakeResult) -> list[str]:
+    """A sentence on the objects that are dark all over, but lit on the backs of their faces; none without any."""
+    owners = np.full(max((target.point_rows.max(initial=-1) for target in targets), default=-1) + 2, -1)
+    for number, target in enumerate(targets):
+        owners[target.point_rows] = number
+    owners = owners[:-1][points.shown]
+    order = np.argsort(owners, kind="stable")
+    starts = np.searchsorted(owners[order], np.arange(len(targets)))
+    dark, names, asked = unlit(result.irradiance), [], []
+    for target, own in zip(targets, np.split(order, starts)[1:], strict=True):
+        if len(own) and dark[own].all() and len(names) < MOST_DARK:
+            names.append(target.object_name)
+            asked.append(own[:: -(-len(own) // DARK_POINTS)])
+    if not names or dark.all():
+        return []
+    every = np.concatenate(asked)
+    asked_at = (part[every] for part in (points.centres, points.normals, points.facing, points.inward))
+    behind = lit_behind(scene, *asked_at)
+    usual = np.median(np.abs(result.irradiance[~dark]).sum(axis=1))
+    lit = [part.mean() > LIT_BEHIND * usual for part in np.split(behind, np.cumsum([len(own) for own in asked])[:-1])]
+    names = [name for name, is_lit in zip(names, lit, strict=True) if is_lit]
+    return [turned_away(names)] if names else []

@@ -37,7 +37,8 @@ saved("image_pipe"); saved("image_pipe_compressed", True)
 picture.filepath = "/dev/zero"
 saved("image_device")
 opened()
-with bpy.data.libraries.load(f"{folder}/compressed.blend", link=True) as (there, wanted): wanted.objects = there.objects[:1]
+library = f"{folder}/compressed.blend"
+with bpy.data.libraries.load(library, link=True) as (there, wanted): wanted.objects = there.objects[:1]
 bpy.context.scene.collection.objects.link(wanted.objects[0])
 bpy.data.libraries[0].filepath = f"{folder}/pipe"
 saved("library_pipe"); saved("library_pipe_compressed", True)

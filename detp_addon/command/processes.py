@@ -29,7 +29,7 @@ from .interrupts import ending
 from .jobs import Batch, Outcome, SceneJob, done_before, failed, previews_of, skipped
 
 #: seconds that processes have to end by themselves; bytes of their last words that are looked at
-PATIENCE, LAST_WORDS = 1.5, 4096
+PATIENCE, LAST_WORDS = 1.0, 4096
 
 #: signals by which a process ends that did something it must not
 _CRASHES = ("SIGSEGV", "SIGABRT", "SIGBUS", "SIGILL", "SIGFPE", "SIGTRAP", "SIGSYS")

@@ -18,11 +18,18 @@ LONGEST = 300.0
 
 #: makes all scenes, in Blender: a plain and a compressed one, and others that read pipes or have names that steer
 MAKE = r"""import bpy, os, sys
-scene, folder = sys.argv[1:]
-def opened(): bpy.ops.wm.open_mainfile(filepath=scene, use_scripts=False)
+folder = sys.argv[1]
+def opened(): bpy.ops.wm.open_mainfile(filepath=f"{folder}/plain.blend", use_scripts=False)
 def saved(name, compress=False):
     bpy.ops.wm.save_as_mainfile(filepath=f"{folder}/{name}.blend", copy=True, compress=compress, relative_remap=False)
-opened(); saved("plain"); saved("compressed", True)
+bpy.ops.wm.read_factory_settings(use_empty=True)
+bpy.ops.mesh.primitive_grid_add(x_subdivisions=8, y_subdivisions=8, size=6)
+bpy.ops.mesh.primitive_cube_add(size=1, location=(0, 0, 0.5))
+bpy.context.object.data.materials.append(bpy.data.materials.new("paint"))
+lamp = bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", "POINT"))
+lamp.data.energy, lamp.location = 100, (1, 0.5, 3)
+bpy.context.collection.objects.link(lamp)
+saved("plain"); saved("compressed", True)
 picture = bpy.data.images.new("picture", 4, 4)
 picture.source, picture.filepath = "FILE", f"{folder}/pipe"
 picture.use_fake_user = True
@@ -30,7 +37,8 @@ saved("image_pipe"); saved("image_pipe_compressed", True)
 picture.filepath = "/dev/zero"
 saved("image_device")
 opened()
-with bpy.data.libraries.load(f"{folder}/plain.blend", link=True) as (there, wanted): wanted.objects = there.objects[:1]
+library = f"{folder}/compressed.blend"
+with bpy.data.libraries.load(library, link=True) as (there, wanted): wanted.objects = there.objects[:1]
 bpy.context.scene.collection.objects.link(wanted.objects[0])
 bpy.data.libraries[0].filepath = f"{folder}/pipe"
 saved("library_pipe"); saved("library_pipe_compressed", True)
@@ -77,9 +85,9 @@ def whole_png(content: bytes) -> bool:
     return True
 
 
-def both_kinds(scene: Path, folder: Path) -> tuple[Path, Path]:
-    """The scene, plain and compressed; all other scenes of MAKE are made in ``folder`` with them."""
-    subprocess.run([sys.executable, "-c", MAKE, str(scene), str(folder)], check=True, capture_output=True)
+def both_kinds(folder: Path) -> tuple[Path, Path]:
+    """A box on a floor, plain and compressed; all other scenes of MAKE are made in ``folder`` with them."""
+    subprocess.run([sys.executable, "-c", MAKE, str(folder)], check=True, capture_output=True)
     return folder / "plain.blend", folder / "compressed.blend"
 
 

@@ -62,7 +62,7 @@ def table(trials: Trials, options) -> str:
         "# Reliability", "",
         f"Made by `python tools/try_reliability.py --interrupts {options.interrupts} --disks {options.disks} --seed "
         f"{options.seed}` on {platform.system()}, {os.cpu_count()} cores.", "",
-        "Each row counts bakes of `cornell_box.blend` with a report and, now and then, a preview, over older files, or "
+        "Each row counts bakes of a box on a floor with a report and, now and then, a preview, over older files, or "
         "a hostile file. A fault is: another exit status than 128 + the signal, more than 2 s to end after a signal, a "
         "file that is neither whole and new nor what it was, a message that does not name the cause, anything left "
         "behind (after SIGKILL: by the run after it), a control character on a terminal, or a hang. A signal that "

@@ -22,7 +22,6 @@ from pathlib import Path
 import hostile_files
 from reliability_trials import OUTPUTS, Trials, table
 
-SCENE = Path(__file__).parents[1] / "sample_blends" / "cornell_box.blend"
 PROGRAM = [sys.executable, "-c", "from detp.detp_addon.command.console import console; console()", "bake"]
 #: seconds that a process may take to end after a signal, and that any may take at all
 PROMPT, LONGEST = 2.0, 300.0
@@ -43,11 +42,11 @@ def environment(temporary: Path) -> dict:
     return {**os.environ, "TMPDIR": str(temporary)}
 
 
-def interrupt(trials: Trials, number: signal.Signals, moment: float, folder: Path, drawn: bool) -> None:
+def interrupt(trials: Trials, number: signal.Signals, moment: float, source: Path, folder: Path, drawn: bool) -> None:
     """Bake, send the signal after so many seconds, and look; after a kill another run must find nothing in its way."""
     temporary = folder / "tmp"
     temporary.mkdir()
-    shutil.copy(SCENE, folder / "scene.blend")
+    shutil.copy(source, folder / "scene.blend")
     for name in OUTPUTS:
         (folder / name).write_bytes(b"old")
     process = subprocess.Popen(
@@ -71,7 +70,7 @@ def interrupt(trials: Trials, number: signal.Signals, moment: float, folder: Pat
     if said.strip() not in ("", "detp: cancelled") and not early:
         faults.append(said.strip().splitlines()[-1])
     faults += trials.outputs(folder, old=True, done=status == 0, drawn=drawn)
-    if (folder / "scene.blend").read_bytes() != SCENE.read_bytes():
+    if (folder / "scene.blend").read_bytes() != source.read_bytes():
         faults.append("the scene was changed")
     if number == signal.SIGKILL:
         subprocess.run(
@@ -148,7 +147,7 @@ def main() -> int:
         work = Path(name)
         (work / "kept").mkdir()
         trials = Trials(work / "kept")
-        sources = hostile_files.both_kinds(SCENE, work)
+        sources = hostile_files.both_kinds(work)
         needs = [needed(source)[0] for source in sources]
         whole = [needed(sources[0], drawn)[1] for drawn in (False, True)]
         for trial in range(options.interrupts):
@@ -156,7 +155,7 @@ def main() -> int:
             drawn = trial % 16 >= 12  # drawing takes longest
             moment = chance.uniform(0, 2) if trial % 8 < 4 else chance.uniform(2, whole[drawn])
             with tempfile.TemporaryDirectory() as folder:
-                interrupt(trials, number, moment, Path(folder), drawn)
+                interrupt(trials, number, moment, sources[trial % 2], Path(folder), drawn)
         options.output.write_text(table(trials, options), encoding="utf-8")
         for trial in range(options.disks):
             with tempfile.TemporaryDirectory() as folder:

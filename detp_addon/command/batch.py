@@ -92,11 +92,11 @@ def _apart(batch: Batch, display: ProgressDisplay) -> Iterator[tuple[int, Outcom
                 states.pop(number, None)
                 finished, failed = finished + 1, failed + (event.outcome.failure is not None)
                 baked += event.outcome.state != SKIPPED
+                yield number, event.outcome  # into the report, before anybody hears of it
                 for line in event.lines:
                     display.line(line)
                 for line in event.complaints:
                     display.complain(f"{job.scene}: {line}")
-                yield number, event.outcome
             # What was done before takes no time.
             ahead = max(1, len(batch.jobs) - finished + baked)
             share = (baked + sum(state.fraction for state in states.values())) / ahead

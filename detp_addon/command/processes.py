@@ -29,7 +29,7 @@ from .interrupts import ending
 from .jobs import Batch, Outcome, SceneJob, done_before, failed, previews_of, skipped
 
 #: seconds that processes have to end by themselves; bytes of their last words that are looked at
-PATIENCE, LAST_WORDS = 1.5, 4096
+PATIENCE, LAST_WORDS = 1.0, 4096
 
 #: signals by which a process ends that did something it must not
 _CRASHES = ("SIGSEGV", "SIGABRT", "SIGBUS", "SIGILL", "SIGFPE", "SIGTRAP", "SIGSYS")
@@ -37,7 +37,8 @@ _CRASHES = ("SIGSEGV", "SIGABRT", "SIGBUS", "SIGILL", "SIGFPE", "SIGTRAP", "SIGS
 #: Ctrl-C on a terminal reaches this process alone, which ends the others in order
 _GROUP = {"creationflags": 0x200} if sys.platform == "win32" else {"process_group": 0}
 
-_running: set[subprocess.Popen] = set()
+#: processes that bake, and what
+_running: dict[subprocess.Popen, SceneJob] = {}
 _starting = threading.Lock()
 _ending = False
 
@@ -99,13 +100,14 @@ def end_processes(for_good: bool = True) -> None:
     global _ending
     with _starting:
         _ending = _ending or for_good
-        running = list(_running)
+        running = dict(_running)
     for process in running:
         with suppress(OSError):
             process.terminate()
     until = time.monotonic() + PATIENCE
-    for process in running:
+    for process, job in running.items():
         _end_until(process, until)
+        _sweep_after(job)
 
 
 ending.append(end_processes)
@@ -125,7 +127,7 @@ def _baked_apart(job: SceneJob, batch: Batch, tell) -> Ended:
     message = json.dumps({**paths, "options": batch.options, "drawn": entries})
     ended = Ended()
     with tempfile.TemporaryFile() as words:
-        status, late = _talk(message, batch.limit, words, ended, tell)
+        status, late = _talk(_started(job, words), message, batch.limit, ended, tell)
         if ended.outcome is None:
             _sweep_after(job)
             why = f"It took longer than {batch.limit:g} s, and was given up." if late else _why(status, words)
@@ -136,15 +138,14 @@ def _baked_apart(job: SceneJob, batch: Batch, tell) -> Ended:
 
 
 def _sweep_after(job: SceneJob) -> None:
-    """Remove what a process that was killed has left."""
+    """Remove what a process has left, if it was killed."""
     for folder in {path.parent for path in (job.output, job.preview) if path is not None}:
         sweep(folder)
     sweep(Path(tempfile.gettempdir()))
 
 
-def _talk(message: str, limit: float | None, words: BinaryIO, ended: Ended, tell) -> tuple[int, bool]:
-    """Start a process, send it the ``message``, and hear what it says; its exit status, and whether it was too late."""
-    process = _started(words)
+def _talk(process: subprocess.Popen, message: str, limit: float | None, ended: Ended, tell) -> tuple[int, bool]:
+    """Send a process the ``message``, and hear what it says; its exit status, and whether it was too late."""
     late = threading.Event()
     timer = threading.Timer(0.0 if limit is None else limit, lambda: (late.set(), _end(process)))
     try:
@@ -161,20 +162,20 @@ def _talk(message: str, limit: float | None, words: BinaryIO, ended: Ended, tell
         timer.cancel()
         _end(process)
         with _starting:
-            _running.discard(process)
+            _running.pop(process, None)
         process.stdout.close()
         with suppress(OSError):
             process.stdin.close()
     return status, late.is_set()
 
 
-def _started(words: BinaryIO) -> subprocess.Popen:
+def _started(job: SceneJob, words: BinaryIO) -> subprocess.Popen:
     with _starting:
         if _ending:
             raise KeyboardInterrupt
         pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": words}
         process = subprocess.Popen(command(), **pipes, **_GROUP)
-        _running.add(process)
+        _running[process] = job
     return process
 
 

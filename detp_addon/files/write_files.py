@@ -19,6 +19,9 @@ from .whole_files import check_whole
 #: how systems say that nothing more goes there: no space, no quota, a limit on the size of files
 _FULL = {errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC)}
 
+#: where Linux is told the user's folder of caches
+_CACHES = "XDG_CACHE_HOME"
+
 _WRITE = stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH
 
 #: room to look for when something failed and nobody said why
@@ -106,8 +109,8 @@ def save_blend(path: Path, compress: bool) -> None:
     import bpy
 
     def write(made: Path) -> None:
-        paths = bpy.context.preferences.filepaths
-        kept, paths.file_preview_type = paths.file_preview_type, "NONE"  # it would go to the user's own folder as well
+        # Thumbnails of names that are temporary would fill the user's own folder.
+        kept, os.environ[_CACHES] = os.environ.get(_CACHES), bpy.app.tempdir
         try:
             bpy.ops.wm.save_as_mainfile(
                 filepath=str(made), copy=True, relative_remap=True, compress=compress, check_existing=False
@@ -115,7 +118,8 @@ def save_blend(path: Path, compress: bool) -> None:
         except RuntimeError as error:
             raise UnwritableFileError(f"Blender cannot write '{path}': {reason(error)}.") from None
         finally:
-            paths.file_preview_type = kept
+            del os.environ[_CACHES]
+            os.environ.update({} if kept is None else {_CACHES: kept})
 
     source = bpy.data.filepath
     # The bake adds its colours to what the scene was.

@@ -8,8 +8,8 @@ import bpy
 import numpy as np
 
 from .reading.read_meshes import vertex_positions
-from .report import counted
 from .units import metres_per_unit
+from .wording import counted
 
 #: so many times as far away as most of the scene, an object leaves too few digits to tell the rest apart
 _STRAY = 1e5

@@ -11,9 +11,9 @@ from ..core.errors import DetpError, UnwritableFileError
 from .chosen_objects import objects_by_name
 from .materials.use_light import materials_with_light
 from .reading.read_scene import BakeTarget
-from .report import counted
 from .request import BakeRequest
 from .values import Values, known_rows
+from .wording import counted
 from .writing.baked_layers import look_of
 from .writing.element_values import quantity_values, spread
 from .writing.encoding import fitted_scale, usual_scale

@@ -12,8 +12,8 @@ from ..core.scene import Scene
 from ..core.settings import BakeSettings
 from .causes import turned_away, why_dark
 from .reading.read_scene import BakeTarget
-from .report import counted
 from .values import BakedPoints
+from .wording import counted, percent
 
 #: objects that are dark all over, and points of each, whose backs are looked at; what counts as lit, of what is usual
 MOST_DARK, DARK_POINTS, LIT_BEHIND = 64, 16, 0.1
@@ -35,7 +35,7 @@ def doubts_of(
     elif short:
         remedy = "ask for it by its number, to bake on" if settings.error is None else "allow a larger radius"
         doubts.append(
-            f"The error of {settings.target_error:.1%} that was aimed at was not reached with "
+            f"The error of {percent(settings.target_error)} that was aimed at was not reached with "
             f"{counted(result.photons, 'photon')}: {remedy}, or choose a larger error."
         )
     if result.coarse.any():
@@ -49,7 +49,7 @@ def doubts_of(
     cut = np.abs(result.cut_flux).sum()
     if cut > HARMLESS_CUT * emitted:
         doubts.append(
-            f"The limit on bounces cut off light worth {cut / emitted:.1%} of what the lights emit: "
+            f"The limit on bounces cut off light worth {percent(cut / emitted)} of what the lights emit: "
             f"allow more bounces, or use darker materials where the albedo is close to 1."
         )
     return doubts

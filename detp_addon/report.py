@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 
+from .wording import counted, percent
 from .writing.lossy_faces import LossyFaces
 
 #: words for the phases' seconds, in the order of the report
@@ -32,7 +32,7 @@ class Brightness:
         exposed = f"Exposed by {self.stops:+.2f} stops" if self.scale != 1.0 else ""
         if not self.above:
             return f"{exposed}: no colour is above 1." if exposed else ""
-        share = _percent(self.above / self.colours)
+        share = percent(self.above / self.colours)
         above = f"{counted(self.above, 'colour')} ({share}) are above 1, where many formats and engines cut"
         return f"{exposed}: {above}." if exposed else f"{above}: choose an exposure, or let it fit."
 
@@ -97,9 +97,9 @@ class BakeReport:
 
     def headline(self) -> str:
         """One line for people: what was baked, in what time, how well."""
-        error = _percent(self.relative_error) if math.isfinite(self.relative_error) else "unknown"
+        error = percent(self.relative_error) if math.isfinite(self.relative_error) else "unknown"
         if math.isfinite(self.high_error):
-            error += f", nine tenths of the points within {_percent(self.high_error)}"
+            error += f", nine tenths of the points within {percent(self.high_error)}"
         return (
             f"Baked {counted(self.objects, 'object')}, {counted(self.points, 'point')} with "
             f"{counted(self.photons, 'photon')} in {self.seconds['total']:.1f} s; median error {error} "
@@ -108,7 +108,7 @@ class BakeReport:
 
     def faces(self) -> str:
         """One line for people: what faces show wrong between their vertices."""
-        line = f"Faces show {_percent(self.lossy_faces.whole)} of their light wrong between their vertices"
+        line = f"Faces show {percent(self.lossy_faces.whole)} of their light wrong between their vertices"
         wrong = self.lossy_faces.wrong
         if not wrong:
             return line + "."
@@ -131,23 +131,8 @@ class BakeReport:
         return lines + [f"Warning: {warning}" for warning in self.warnings]
 
 
-def _percent(share: float) -> str:
-    return f"{share:.1%}".replace("%", " %")
-
-
 def to_json(entries: list[dict]) -> str:
     """The report file's text: a list with one entry per scene; a scene that failed has an ``error``."""
     text = json.dumps(entries, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
     # What would steer a terminal that shows the file, and halves of characters from names that are not UTF-8.
     return re.sub("[\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]", lambda found: f"\\u{ord(found[0]):04x}", text)
-
-
-def counted(number: int, thing: str) -> str:
-    """A number with its unit for people: ``1 object``, ``45 210 points``, ``2.10 M photons``."""
-    text = f"{number / 1e6:.3g} M" if number >= 1_000_000 else f"{number:,}".replace(",", " ")
-    return f"{text} {thing}" + ("" if number == 1 else "s")
-
-
-def some(names: Sequence[str]) -> str:
-    """The first three of the names, quoted."""
-    return ", ".join(f"'{name}'" for name in names[:3]) + (", ..." if len(names) > 3 else "")

@@ -7,6 +7,7 @@ import time
 from typing import TextIO
 
 from ..steps import JobProgress
+from ..wording import duration
 from .terminal import complain, escaped, put
 
 #: seconds between two lines in a pipe, and between two redraws of the bar
@@ -76,9 +77,3 @@ class ProgressDisplay:
     def _write(self, text: str) -> None:
         # When the reader has seen enough, as in "| head", or the disk behind a log is full, the bake goes on.
         self._quiet = not put(text, self._stream)
-
-
-def duration(seconds: float) -> str:
-    """``8 s`` or ``2:05 min``; at least 1 s."""
-    whole = max(1, round(seconds))
-    return f"{whole} s" if whole < 60 else f"{whole // 60}:{whole % 60:02d} min"

@@ -6,8 +6,8 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
 
+from ..wording import duration, percent
 from .jobs import BAKED, FAILED, FORESEEN, SKIPPED, Outcome, SceneJob
-from .progress import duration
 
 
 def table_lines(jobs: Sequence[SceneJob], outcomes: Iterable[Outcome], seconds: float) -> list[str]:
@@ -49,7 +49,7 @@ def _time(outcome: Outcome) -> str:
 
 def _error(outcome: Outcome) -> str:
     error = _figures(outcome)["error"]
-    return f"{error:.1%}" if math.isfinite(error) and outcome.state != FAILED else ""
+    return percent(error) if math.isfinite(error) and outcome.state != FAILED else ""
 
 
 def _remark(outcome: Outcome) -> str:

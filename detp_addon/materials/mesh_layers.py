@@ -8,7 +8,7 @@ from contextlib import ExitStack
 import bpy
 import numpy as np
 
-from ..report import counted, some
+from ..wording import counted, some
 from ..writing.baked_layers import LOOK, WHITE, light_of, look_of, remove_layer
 from ..writing.write_attributes import MeshColours, element_count, obstacle, write_layers
 

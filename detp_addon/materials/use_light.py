@@ -14,7 +14,7 @@ import bpy
 
 from ...core.errors import NotBakedError
 from ..reading.read_node_graph import node_tree
-from ..report import counted, some
+from ..wording import counted, some
 from ..writing.baked_layers import WHITE, light_of, remove_layer
 from .light_nodes import make_plain, make_unlit, multiply, strip, surface_inputs, surface_outputs
 from .marked_nodes import MARK

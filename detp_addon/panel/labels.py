@@ -4,7 +4,7 @@ import textwrap
 
 import bpy
 
-from ..report import counted
+from ..wording import counted
 
 
 def sentence(layout: bpy.types.UILayout, text: str, width: int, icon: str = "NONE") -> None:
@@ -29,11 +29,3 @@ def length(metres: float, units: bpy.types.UnitSettings) -> str:
 def number(value: int) -> str:
     """Digits in groups of three, millions short."""
     return counted(value, "").strip(" s")
-
-
-def duration(seconds: float) -> str:
-    """``4.2 s``, ``3 min 20 s`` or ``2 h 5 min``."""
-    if seconds < 60:
-        return f"{seconds:.1f} s" if seconds < 10 else f"{seconds:.0f} s"
-    minutes, rest = divmod(round(seconds), 60)
-    return f"{minutes} min {rest} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"

@@ -8,8 +8,8 @@ import bpy
 from ...core.errors import DetpError
 from ..command.terminal import escaped
 from ..job import bake_scene
-from ..report import counted
 from ..units import metres_per_unit
+from ..wording import counted
 from ..writing.face_division import divide_faces, select_faces
 from ..writing.live_colours import LiveColours
 from . import session

@@ -3,9 +3,10 @@
 import bpy
 
 from ...core.errors import DetpError
+from ..wording import duration, percent
 from . import session
 from .forecasts import forecast_of
-from .labels import duration, line_length, sentence
+from .labels import line_length, sentence
 from .properties import bake_request, scene_options
 from .show_light import draw_show, has_light
 from .use_light import draw_use
@@ -163,7 +164,7 @@ def _draw_progress(layout: bpy.types.UILayout, bake: session.BakeSession) -> Non
     bar.progress(factor=bake.fraction, type="BAR", text=f"{progress.phase}  {bake.fraction:.0%}")
     row = column.row(align=True)
     left = "" if bake.remaining is None else f"About {duration(bake.remaining)} left"
-    now = "" if progress.error is None else f"error {progress.error:.1%}"
+    now = "" if progress.error is None else f"error {percent(progress.error)}"
     row.label(text=", ".join(filter(None, (left, now))))
     row = column.row(align=True)
     row.operator("detp.stop", text="Stop and Keep", icon="PAUSE")
@@ -189,7 +190,7 @@ def _draw_button(layout: bpy.types.UILayout, context) -> None:
         return
     row = layout.row()
     row.active = False
-    row.label(text=f"About {duration(forecast.seconds)}, error {forecast.error:.1%}", icon="TIME")
+    row.label(text=f"About {duration(forecast.seconds)}, error {percent(forecast.error)}", icon="TIME")
 
 
 CLASSES = (

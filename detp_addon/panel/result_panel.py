@@ -5,9 +5,10 @@ from collections.abc import Sequence
 
 import bpy
 
-from ..report import BakeReport, counted
+from ..report import BakeReport
+from ..wording import counted, duration, percent
 from . import session
-from .labels import duration, length, line_length, number, sentence
+from .labels import length, line_length, number, sentence
 from .panel import SidebarTab
 
 #: entries of a list shown before "and so many more"
@@ -42,8 +43,8 @@ class DETP_PT_result(SidebarTab, bpy.types.Panel):
 
 
 def _draw_figures(layout: bpy.types.UILayout, report: BakeReport, units: bpy.types.UnitSettings) -> None:
-    error = f"{report.relative_error:.1%}" if math.isfinite(report.relative_error) else "No light arrived"
-    high = f"{report.high_error:.1%}" if math.isfinite(report.high_error) else "Unknown"
+    error = percent(report.relative_error) if math.isfinite(report.relative_error) else "No light arrived"
+    high = percent(report.high_error) if math.isfinite(report.high_error) else "Unknown"
     column = layout.column(align=True)
     for name, value in (
         ("Objects", number(report.objects)),

@@ -6,7 +6,7 @@ from bpy.props import EnumProperty
 from ...core.errors import DetpError
 from ..command.terminal import escaped
 from ..materials.use_light import materials_with_light, remove_from_materials, use_in_materials
-from ..report import counted
+from ..wording import counted
 from ..writing.encoding import fit_stored
 from . import session
 from .properties import attribute_name

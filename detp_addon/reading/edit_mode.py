@@ -7,7 +7,7 @@ from contextlib import suppress
 
 import bpy
 
-from ..report import counted
+from ..wording import counted
 
 
 def leave_edit_mode(objects: Iterable[bpy.types.Object]) -> list[str]:

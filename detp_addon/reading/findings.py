@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..report import counted
+from ..wording import counted
 
 #: names shown in one sentence
 SHOWN_NAMES = 3

@@ -15,7 +15,7 @@ from ...core.points import Points
 from ...core.settings import BakeSettings
 from ...core.stages import finished
 from ..reading.read_scene import BakeTarget, read_scene
-from ..report import counted
+from ..wording import counted
 from ..writing.baked_layers import colour_layers
 from .cycles_bake import set_up_cycles
 from .face_copies import Faces, centred, give_light_attribute, render_faces

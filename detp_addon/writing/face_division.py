@@ -8,7 +8,7 @@ import numpy as np
 
 from ..chosen_objects import objects_by_name
 from ..reading.edit_mode import leave_edit_mode
-from ..report import counted
+from ..wording import counted, percent
 from .lossy_faces import FacesByObject, LossyFaces
 
 #: A division adds at most so many vertices for each that the objects have, but so many in any case.
@@ -58,7 +58,7 @@ def division_note(divided: int, objects: int, before: float, after: float) -> st
     """A sentence on what a division brought: the share of light that faces showed wrong ``before`` and ``after``."""
     return (
         f"{counted(divided, 'face')} of {counted(objects, 'object')} were divided where light changes: "
-        f"faces show {after:.1%} of their light wrong, {before:.1%} before."
+        f"faces show {percent(after)} of their light wrong, {percent(before)} before."
     )
 
 

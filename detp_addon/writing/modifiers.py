@@ -8,7 +8,7 @@ from contextlib import contextmanager
 import bpy
 
 from ..reading.render_view import view_as_render
-from ..report import counted
+from ..wording import counted
 
 #: what carries a mesh's colours to places of other light
 REPEATS = {

@@ -11,7 +11,7 @@ import numpy as np
 from ...core.errors import AttributeNameTakenError, DetpError, EditModeError, InvalidSettingError, UnwritableFileError
 from ..reading.read_attributes import face_sizes
 from ..reading.read_meshes import corner_vertex_indices, vertex_positions
-from ..report import some
+from ..wording import some
 from .baked_layers import LOOK, colour_layers, leave_mark, light_of, look_of, put_mark
 from .element_values import Faces
 

@@ -29,10 +29,10 @@ def test_in_a_pipe_each_phase_is_named_and_then_a_line_now_and_then(clock):
         clock.now = step / 8
         display.show("room", JobProgress(("Tracing", "Gathering")[step % 2], step / 100, 125 - step))
     assert stream.getvalue().splitlines() == [
-        "room: Tracing, 0%, 2:05 min left",
-        "room: Gathering, 1%, 2:04 min left",
-        "room: Gathering, 25%, 1:40 min left",
-        "room: Gathering, 49%, 1:16 min left",
+        "room: Tracing, 0%, 2 min 5 s left",
+        "room: Gathering, 1%, 2 min 4 s left",
+        "room: Gathering, 25%, 1 min 40 s left",
+        "room: Gathering, 49%, 1 min 16 s left",
         "room: Gathering, 73%, 52 s left",
         "room: Gathering, 97%, 28 s left",
     ]

@@ -2,7 +2,8 @@
 
 import json
 
-from detp.detp_addon.report import BakeReport, Brightness, counted, to_json
+from detp.detp_addon.report import BakeReport, Brightness, to_json
+from detp.detp_addon.wording import counted
 
 REPORT = BakeReport(
     scene="a.blend",

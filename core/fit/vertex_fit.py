@@ -39,9 +39,9 @@ USUAL, LINEAR = 0.6, 0.05
 #: Places that show less than half of their light weigh so many times more; from three quarters on none does.
 LACKING = 6.0
 
-#: Places with less than this share of the usual light are unlit: nobody looks from there, and they weigh little where
-#: their face is lit elsewhere.
-UNLIT_SHARE, UNLIT = 1e-3, 0.05
+#: Places with less than this share of the usual light are unlit, such as those within something that is not closed:
+#: they weigh little where their face is lit elsewhere.
+UNLIT_SHARE, UNLIT = 0.02, 0.01
 
 #: So many standard errors of a place may be noise.
 NOISE = 2.0
@@ -126,8 +126,11 @@ class VertexFit:
         area, found, usual = self._counted(light.value, open)
         errors = np.nan_to_num(light.standard_error, posinf=0.0)
         noise = np.hypot(self._noise(errors.sum(axis=1), area, found, usual), MISFIT)
-        low, high = self._ranges(light.value, area > 0)
-        value, differ, held = np.clip(0.0, low, high), DIFFERENCE, np.zeros(len(self._seams))
+        low = np.maximum(self._least(light.value, area > 0), 0.0)
+        # What has no lit place around it may take the light of what is beside it.
+        high = -self._least(-light.value, (area > 0) & (found > UNLIT_SHARE * usual))
+        value = np.clip(light.value[found >= usual].mean(axis=0) if (found >= usual).any() else 0.0, low, high)
+        differ, held = DIFFERENCE, np.zeros(len(self._seams))
         weights, level = area / (found + usual) ** 2, np.full(self.count, usual)
         for turn in range(ROUGHLY + FINALLY):
             equations = self._equations(weights, noise / differ, noise, held, level, usual)
@@ -255,22 +258,23 @@ class VertexFit:
         own += np.bincount(self._values.ravel(), squares, self.count)
         return self._neighbours.matrix(own, np.concatenate([*pulled, np.zeros(len(beside))]) - held)
 
-    def _ranges(self, value: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The least and the most (U, 3) that each value may be by what was found on triangles around it and beside."""
+    def _least(self, at_places: np.ndarray, counts: np.ndarray) -> np.ndarray:
+        """The least (U, 3) of what is given at places that count, on the triangles around each value and beside it;
+        minus infinity where there is none.
+        """
         rows = np.flatnonzero(counts)
         rows = rows[np.argsort(self._places.triangle[rows], kind="stable")]
-        triangle, at = self._places.triangle[rows], value[rows]
+        triangle = self._places.triangle[rows]
         begin = np.flatnonzero(np.diff(triangle, prepend=-1))
         around = self._faces.values[triangle[begin]].ravel()
         order = np.argsort(around, kind="stable")
         first = np.flatnonzero(np.diff(around[order], prepend=-1))
-        low, high = np.full((2, self.count, 3), np.inf)
+        least = np.full((self.count, 3), np.inf)
         if len(rows):
-            for side, found in ((low, np.minimum.reduceat(at, begin)), (high, np.minimum.reduceat(-at, begin))):
-                side[around[order[first]]] = np.minimum.reduceat(found[order // 3], first)
-                ends = side[self._beside]
-                np.minimum.at(side, self._beside, ends[:, ::-1])
-        return np.where(np.isfinite(low), low, -np.inf), np.where(np.isfinite(high), -high, np.inf)
+            found = np.minimum.reduceat(at_places[rows], begin)
+            least[around[order[first]]] = np.minimum.reduceat(found[order // 3], first)
+        np.minimum.at(least, self._beside, least[self._beside][:, ::-1])
+        return np.where(np.isfinite(least), least, -np.inf)
 
 
 def _weights(shown: np.ndarray, found: np.ndarray, errors: np.ndarray, usual: float) -> np.ndarray:

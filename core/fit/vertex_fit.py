@@ -41,7 +41,7 @@ LACKING = 6.0
 
 #: Places with less than this share of the usual light are unlit, such as those within something that is not closed:
 #: they weigh little where their face is lit elsewhere.
-UNLIT_SHARE, UNLIT = 0.02, 0.01
+UNLIT_SHARE, UNLIT = 0.02, 0.05
 
 #: So many standard errors of a place may be noise.
 NOISE = 2.0

@@ -126,10 +126,10 @@ class VertexFit:
         area, found, usual = self._counted(light.value, open)
         errors = np.nan_to_num(light.standard_error, posinf=0.0)
         noise = np.hypot(self._noise(errors.sum(axis=1), area, found, usual), MISFIT)
-        low = np.maximum(self._least(light.value, area > 0), 0.0)
+        low, lit = self._least(light.value, area > 0), (area > 0) & (found > UNLIT_SHARE * usual)
         # What has no lit place around it may take the light of what is beside it.
-        high = -self._least(-light.value, (area > 0) & (found > UNLIT_SHARE * usual))
-        value = np.clip(light.value[found >= usual].mean(axis=0) if (found >= usual).any() else 0.0, low, high)
+        high = -self._least(-light.value, lit)
+        value = np.clip(np.median(light.value[lit], axis=0) if lit.any() else 0.0, low, high)
         differ, held = DIFFERENCE, np.zeros(len(self._seams))
         weights, level = area / (found + usual) ** 2, np.full(self.count, usual)
         for turn in range(ROUGHLY + FINALLY):
@@ -139,7 +139,7 @@ class VertexFit:
             level = np.abs(value).sum(axis=1)
             if turn + 1 == ROUGHLY:
                 differ = self._differences(level, self._spread(equations, weights, errors), usual)
-                held = self._seams / (1.0 + (self._apart(level, usual) / APART) ** 2) ** 2
+                held = self._held(level, usual)
             weights = area * _weights(np.abs(self.shown(value)).sum(axis=1), found, errors.sum(axis=1), usual)
         spread = np.sqrt((self._spread(equations, weights, errors) ** 2).mean(axis=1))
         channels = self._sums(weights[:, None] * errors)
@@ -229,10 +229,11 @@ class VertexFit:
         everywhere = float(squares.sum() / max(whole.sum(), 1e-300))
         return np.sqrt(np.divide(squares, whole, out=np.full(count, everywhere), where=whole > 0))
 
-    def _apart(self, level: np.ndarray, usual: float) -> np.ndarray:
-        """By what share (P,) of the light values at seams differ."""
+    def _held(self, level: np.ndarray, usual: float) -> np.ndarray:
+        """How much (P,) m^2 seams hold, where each side alone gave values of that ``level`` (U,)."""
         ends = level.take(self._beside)
-        return np.abs(ends[:, 0] - ends[:, 1]) / (ends.sum(axis=1) + USUAL * usual)
+        apart = np.abs(ends[:, 0] - ends[:, 1]) / (ends.sum(axis=1) + USUAL * usual)
+        return self._seams / (1.0 + (apart / APART) ** 2) ** 2
 
     def _equations(self, weights, smooth: np.ndarray, noise: np.ndarray, seams, level: np.ndarray, usual) -> Matrix:
         """The equations of values, which are about at ``level`` (U,), where places have those ``weights`` (K,).

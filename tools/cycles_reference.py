@@ -6,8 +6,8 @@
 What "just inside" is and why, see detp_addon/tradeoff/face_copies.py. The result has the format that
 compare_cycles.py reads: "<object>|<seed>" (corners, 3), E/pi from DIFFUSE, direct and indirect, without colour. With
 --faces only so many of all faces, drawn at random, are baked, so that there is time for many samples; the corners of
-the others are NaN. With --standpoints paths start exactly where our own bake stands, at so many of its points, so that what
-differs is not the place.
+the others are NaN. With --standpoints paths start exactly where our own bake stands, at so many of its points, so that
+what differs is not the place.
 """
 
 import argparse

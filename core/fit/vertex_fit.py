@@ -39,9 +39,9 @@ USUAL, LINEAR = 0.6, 0.05
 #: Places that show less than half of their light weigh so many times more; from three quarters on none does.
 LACKING = 6.0
 
-#: Places with less than this share of the usual light are unlit: nobody looks from there, and they weigh little where
-#: their face is lit elsewhere.
-UNLIT_SHARE, UNLIT = 1e-3, 0.05
+#: Places with less than this share of the usual light are unlit, such as those within something that is not closed:
+#: they weigh little where their face is lit elsewhere.
+UNLIT_SHARE, UNLIT = 0.02, 0.05
 
 #: So many standard errors of a place may be noise.
 NOISE = 2.0
@@ -126,8 +126,11 @@ class VertexFit:
         area, found, usual = self._counted(light.value, open)
         errors = np.nan_to_num(light.standard_error, posinf=0.0)
         noise = np.hypot(self._noise(errors.sum(axis=1), area, found, usual), MISFIT)
-        low, high = self._ranges(light.value, area > 0)
-        value, differ, held = np.clip(0.0, low, high), DIFFERENCE, np.zeros(len(self._seams))
+        low, lit = self._least(light.value, area > 0), (area > 0) & (found > UNLIT_SHARE * usual)
+        # What has no lit place around it may take the light of what is beside it.
+        high = -self._least(-light.value, lit)
+        value = np.clip(np.median(light.value[lit], axis=0) if lit.any() else 0.0, low, high)
+        differ, held = DIFFERENCE, np.zeros(len(self._seams))
         weights, level = area / (found + usual) ** 2, np.full(self.count, usual)
         for turn in range(ROUGHLY + FINALLY):
             equations = self._equations(weights, noise / differ, noise, held, level, usual)
@@ -136,7 +139,7 @@ class VertexFit:
             level = np.abs(value).sum(axis=1)
             if turn + 1 == ROUGHLY:
                 differ = self._differences(level, self._spread(equations, weights, errors), usual)
-                held = self._seams / (1.0 + (self._apart(level, usual) / APART) ** 2) ** 2
+                held = self._held(level, usual)
             weights = area * _weights(np.abs(self.shown(value)).sum(axis=1), found, errors.sum(axis=1), usual)
         spread = np.sqrt((self._spread(equations, weights, errors) ** 2).mean(axis=1))
         channels = self._sums(weights[:, None] * errors)
@@ -226,10 +229,11 @@ class VertexFit:
         everywhere = float(squares.sum() / max(whole.sum(), 1e-300))
         return np.sqrt(np.divide(squares, whole, out=np.full(count, everywhere), where=whole > 0))
 
-    def _apart(self, level: np.ndarray, usual: float) -> np.ndarray:
-        """By what share (P,) of the light values at seams differ."""
+    def _held(self, level: np.ndarray, usual: float) -> np.ndarray:
+        """How much (P,) m^2 seams hold, where each side alone gave values of that ``level`` (U,)."""
         ends = level.take(self._beside)
-        return np.abs(ends[:, 0] - ends[:, 1]) / (ends.sum(axis=1) + USUAL * usual)
+        apart = np.abs(ends[:, 0] - ends[:, 1]) / (ends.sum(axis=1) + USUAL * usual)
+        return self._seams / (1.0 + (apart / APART) ** 2) ** 2
 
     def _equations(self, weights, smooth: np.ndarray, noise: np.ndarray, seams, level: np.ndarray, usual) -> Matrix:
         """The equations of values, which are about at ``level`` (U,), where places have those ``weights`` (K,).
@@ -255,22 +259,23 @@ class VertexFit:
         own += np.bincount(self._values.ravel(), squares, self.count)
         return self._neighbours.matrix(own, np.concatenate([*pulled, np.zeros(len(beside))]) - held)
 
-    def _ranges(self, value: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The least and the most (U, 3) that each value may be by what was found on triangles around it and beside."""
+    def _least(self, at_places: np.ndarray, counts: np.ndarray) -> np.ndarray:
+        """The least (U, 3) of what is given at places that count, on the triangles around each value and beside it;
+        minus infinity where there is none.
+        """
         rows = np.flatnonzero(counts)
         rows = rows[np.argsort(self._places.triangle[rows], kind="stable")]
-        triangle, at = self._places.triangle[rows], value[rows]
+        triangle = self._places.triangle[rows]
         begin = np.flatnonzero(np.diff(triangle, prepend=-1))
         around = self._faces.values[triangle[begin]].ravel()
         order = np.argsort(around, kind="stable")
         first = np.flatnonzero(np.diff(around[order], prepend=-1))
-        low, high = np.full((2, self.count, 3), np.inf)
+        least = np.full((self.count, 3), np.inf)
         if len(rows):
-            for side, found in ((low, np.minimum.reduceat(at, begin)), (high, np.minimum.reduceat(-at, begin))):
-                side[around[order[first]]] = np.minimum.reduceat(found[order // 3], first)
-                ends = side[self._beside]
-                np.minimum.at(side, self._beside, ends[:, ::-1])
-        return np.where(np.isfinite(low), low, -np.inf), np.where(np.isfinite(high), -high, np.inf)
+            found = np.minimum.reduceat(at_places[rows], begin)
+            least[around[order[first]]] = np.minimum.reduceat(found[order // 3], first)
+        np.minimum.at(least, self._beside, least[self._beside][:, ::-1])
+        return np.where(np.isfinite(least), least, -np.inf)
 
 
 def _weights(shown: np.ndarray, found: np.ndarray, errors: np.ndarray, usual: float) -> np.ndarray:

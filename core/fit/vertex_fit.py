@@ -41,7 +41,7 @@ LACKING = 6.0
 
 #: Places with less than this share of the usual light are unlit, such as those within something that is not closed:
 #: they weigh little where their face is lit elsewhere.
-UNLIT_SHARE, UNLIT = 0.02, 0.05
+DIM_SHARE, UNLIT = 0.02, 0.05
 
 #: So many standard errors of a place may be noise.
 NOISE = 2.0
@@ -126,7 +126,7 @@ class VertexFit:
         area, found, usual = self._counted(light.value, open)
         errors = np.nan_to_num(light.standard_error, posinf=0.0)
         noise = np.hypot(self._noise(errors.sum(axis=1), area, found, usual), MISFIT)
-        low, lit = self._least(light.value, area > 0), (area > 0) & (found > UNLIT_SHARE * usual)
+        low, lit = self._least(light.value, area > 0), (area > 0) & (found > DIM_SHARE * usual)
         # What has no lit place around it may take the light of what is beside it.
         high = -self._least(-light.value, lit)
         value = np.clip(np.median(light.value[lit], axis=0) if lit.any() else 0.0, low, high)
@@ -175,7 +175,7 @@ class VertexFit:
         usual = float(np.median(lit)) if len(lit) else 1.0
         # Nobody looks from within narrow gaps, but without any other light theirs counts.
         area = np.where(open > 0, np.maximum(open**2, UNSEEN), 0.0) * self._places.area
-        return np.where(found <= UNLIT_SHARE * usual, UNLIT, 1.0) * area, found, usual
+        return np.where(found <= DIM_SHARE * usual, UNLIT, 1.0) * area, found, usual
 
     def shown(self, value: np.ndarray) -> np.ndarray:
         """What (K, d) is shown at the places where vertices have this ``value`` (U, d)."""

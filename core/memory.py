@@ -15,7 +15,7 @@ from .errors import OutOfMemoryError
 READING_TRIANGLE, READING_CORNER = 900, 500
 
 #: bytes that baking takes beside, for each triangle and each estimation point; what rays in flight take is bounded
-BAKING_TRIANGLE, BAKING_POINT = 400, 2500
+BAKING_TRIANGLE, BAKING_POINT = 400, 5000
 
 #: where Linux keeps the limits of groups of processes, as containers are
 GROUPS = Path("/sys/fs/cgroup")

@@ -76,7 +76,7 @@ def test_furnace_reads_one_inside_a_sphere():
     points = quads[rows, 0]
     inward = quads.mean(axis=1)[rows] - points
     visible = baked_with(scene, points, -points / np.linalg.norm(points, axis=1)[:, None], inward)
-    plain = baked_with(scene, points, -points, np.zeros_like(points), "plain")
+    plain = baked_with(scene, points, -points, np.zeros_like(points), "plain", photons=100_000)
     assert plain.irradiance.max() < 0.1
     assert np.abs(z_scores(visible, 1.0)).max() < 4
     assert visible.irradiance[:, 0].mean() == pytest.approx(1, abs=0.02)

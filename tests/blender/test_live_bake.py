@@ -151,7 +151,7 @@ def test_a_time_is_kept():
 
 
 def test_an_error_out_of_reach_is_said():
-    report = finished(steps(BakeSettings(error=0.001, photons=1 << 16), live=False))
+    report = finished(steps(BakeSettings(error=0.001, seconds=1.0), live=False))
     assert any("not reached" in warning for warning in report.warnings)
 
 

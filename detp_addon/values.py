@@ -95,7 +95,7 @@ def lossy_faces(export: ExportedScene, points: BakedPoints, values: Values, resu
     pairs, number = np.unique(np.stack([owner, face], axis=1), axis=0, return_inverse=True)
     losses = points.fit.losses(values.irradiance, result.light, values.open, number.ravel())
     names = [(target.object_name, target.library) for target in export.targets]
-    return LossyFaces.of(names, pairs[:, 0], pairs[:, 1], losses.share, losses.area)
+    return LossyFaces.of(names, pairs[:, 0], pairs[:, 1], losses)
 
 
 def known_rows(target: BakeTarget, known: np.ndarray) -> np.ndarray:

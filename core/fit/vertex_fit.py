@@ -87,10 +87,12 @@ class FaceLosses:
     share  (F,) of the light, 0..1, in the mean over places: how far what is shown there is from what was found, beyond
            noise, over the larger of both
     area   (F,) m^2, 0 where nothing is known
+    light  (F,) W/m^2, RGB sum, mean of the larger of both
     """
 
     share: np.ndarray
     area: np.ndarray
+    light: np.ndarray
 
 
 class VertexFit:
@@ -192,9 +194,12 @@ class VertexFit:
         beside = np.maximum(np.maximum(np.abs(shown).sum(axis=1), found), DARK_SHARE * usual)
         wrong = np.minimum(np.sqrt(np.maximum(squares - CERTAIN * noise, 0.0)) / beside, 1.0)
         of, count = face[self._places.triangle], int(face.max(initial=-1)) + 1
-        sums, counted = np.bincount(of, area * wrong, count), np.bincount(of, area, count)
-        share = np.divide(sums, counted, out=np.zeros(count), where=counted > 0)
-        return FaceLosses(share, np.bincount(face, self._faces.areas, count) * (counted > 0))
+        counted = np.bincount(of, area, count)
+        share, bright = (
+            np.divide(np.bincount(of, area * each, count), counted, out=np.zeros(count), where=counted > 0)
+            for each in (wrong, beside)
+        )
+        return FaceLosses(share, np.bincount(face, self._faces.areas, count) * (counted > 0), bright)
 
     def _spread(self, equations: Matrix, weights: np.ndarray, errors: np.ndarray) -> np.ndarray:
         """What (U, NOISES) noises of the places with these standard ``errors`` (K, 3) do to the values, RGB sums."""

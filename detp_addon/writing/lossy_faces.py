@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ...core.fit.vertex_fit import FaceLosses
+
 #: Faces that show more than this share of their light wrong are named, and those beyond the second one can be divided.
 WRONG, DIVIDED = 0.25, 0.05
 
@@ -19,7 +21,7 @@ class LossyFaces:
 
     objects  names and libraries (None for the file's own); owners (F,) and faces (F,): the rows there, and of the mesh
     shares   (F,) of the light that is wrong on each, beyond noise
-    whole    the share of all faces together; NaN where nobody looked
+    whole    the share of the light of all faces together; NaN where nobody looked
     """
 
     objects: tuple[tuple[str, str | None], ...] = ()
@@ -29,12 +31,12 @@ class LossyFaces:
     whole: float = float("nan")
 
     @classmethod
-    def of(cls, objects, owners, faces, shares: np.ndarray, areas: np.ndarray) -> LossyFaces:
-        """Those of all faces, with ``areas`` (F,), that show too much wrong to let it be."""
-        total = areas.sum()
+    def of(cls, objects, owners, faces, losses: FaceLosses) -> LossyFaces:
+        """Those of all faces (F), with their ``losses``, that show too much wrong to let it be."""
+        shares, fluxes = losses.share, losses.area * losses.light
         rows = np.flatnonzero(shares > DIVIDED)
-        rows = rows[np.argsort(-(shares * areas)[rows], kind="stable")]
-        whole = float(shares @ areas / total) if total > 0 else float("nan")
+        rows = rows[np.argsort(-(shares * losses.area)[rows], kind="stable")]
+        whole = float(shares @ fluxes / fluxes.sum()) if fluxes.any() else float("nan")
         return cls(tuple(objects), owners[rows], faces[rows], shares[rows], whole)
 
     def by_object(self, most: int | None = None, beyond: float = DIVIDED) -> FacesByObject:

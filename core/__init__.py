@@ -1,7 +1,7 @@
 """Density estimation on the tangent plane with NumPy and embreex; knows nothing of Blender.
 
-Whoever has a mesh in arrays needs ``baked``, or ``bake`` to go step by step, with a ``Scene`` of triangles and lights,
-``Points`` where light is wanted, and ``BakeSettings``.
+Whoever has a mesh in arrays needs ``baked``, or ``bake`` of :mod:`.bake` to go step by step, with a ``Scene`` of
+triangles and lights, ``Points`` where light is wanted, and ``BakeSettings``.
 """
 
 from importlib import import_module

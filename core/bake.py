@@ -257,9 +257,7 @@ class Baking:
             indirect = indirect + reflected + Irradiance(np.zeros_like(spread.value), spread.standard_error)
             mended = self._by_rays + reflected, at_points + spread
         light = direct + indirect
-        covered = self._searches[0].placed.area.hidden if self._searches else np.zeros(len(self._points), bool)
-        hidden = hidden_points(covered, self._places.enclosed, light.value)
-        seen = light
+        hidden, seen = self._hidden(light), light
         if self._fit is not None:
             seen = self._fit.seen(light, np.where(hidden, 0.0, self._places.open), mended[0])
         return self._result(direct, indirect, seen, hidden), *mended
@@ -268,8 +266,12 @@ class Baking:
         """What is known before there are discs and photons: of indirect light, nothing."""
         light, unknown = self._by_rays, np.inf if self._settings.indirect_by != "off" else 0.0
         indirect = Irradiance(np.zeros_like(light.value), np.full_like(light.value, unknown))
-        hidden = hidden_points(np.zeros_like(self._places.enclosed), self._places.enclosed, light.value)
-        return self._result(light, indirect, light + indirect, hidden)
+        return self._result(light, indirect, light + indirect, self._hidden(light))
+
+    def _hidden(self, light: Irradiance) -> np.ndarray:
+        """Which points (N,) no light can reach, where ``light`` has been found."""
+        covered = self._searches[0].placed.area.hidden if self._searches else np.zeros(len(self._points), bool)
+        return hidden_points(covered, self._places.enclosed, light.value)
 
     def _result(self, direct: Irradiance, indirect: Irradiance, seen: Irradiance, hidden: np.ndarray) -> BakeResult:
         photons, records = self._photons, self._records

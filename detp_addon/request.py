@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from ..core.errors import InvalidSettingError
 from ..core.settings import BakeSettings
 from .reading.read_scene import FITS
+from .writing.baked_layers import parts_of
 from .writing.element_values import QUANTITIES
 from .writing.encoding import Encoding
 from .writing.write_attributes import check_attribute_name
@@ -60,5 +61,4 @@ class BakeRequest:
     @property
     def attributes(self) -> tuple[str, ...]:
         """The names of all attributes that are written."""
-        parts = ("direct", "indirect") if self.split else ()
-        return (self.attribute, *(f"{self.attribute}_{part}" for part in parts))
+        return (self.attribute, *(parts_of(self.attribute) if self.split else ()))

@@ -26,7 +26,6 @@ from pathlib import Path
 import bpy
 import numpy as np
 from detp.core.bake import baked
-from detp.core.points import Points
 from detp.core.rays import RayCaster
 from detp.core.sampling import frames
 from detp.core.settings import BakeSettings
@@ -46,9 +45,7 @@ def main() -> int:
     exported = read_scene(bpy.context.scene, bpy.context.view_layer, targets, "CORNER")
     names = ("quality", "error", "photons", "radius", "gatherer", "estimator", "direct", "seed")
     settings = BakeSettings(**{name: getattr(arguments, name) for name in names})
-    result = baked(
-        exported.scene, Points(exported.centres, exported.normals, exported.inward, exported.facing), settings
-    )
+    result = baked(exported.scene, exported.points, settings)
     clear = away_from_edges(exported, result.radius)
     reliable = np.full(len(exported.centres), True) if arguments.every_corner else ~on_other_surfaces(exported)
 

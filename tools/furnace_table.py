@@ -27,7 +27,6 @@ from detp.core.discs import TangentDiscs
 from detp.core.estimator.enclosure import unlit
 from detp.core.estimator.rings import RINGS
 from detp.core.estimator.visible_area import DIRECTIONS, VisibleDiscs, visible_discs
-from detp.core.points import Points
 from detp.core.rays import RayCaster
 from detp.core.result import BakeResult
 from detp.core.sampling import cosine_hemisphere, frames
@@ -170,7 +169,7 @@ def baked_with(enclosure: Furnace, estimator: str, radius: float | None, photons
     exported = enclosure.exported
     # What shines here is known to photons alone.
     settings = BakeSettings("final", photons, radius, estimator=estimator, direct="photons", indirect="photons")
-    steps = bake(exported.scene, Points(exported.centres, exported.normals, exported.inward, exported.facing), settings)
+    steps = bake(exported.scene, exported.points, settings)
     while True:
         try:
             next(steps)

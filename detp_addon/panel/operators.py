@@ -14,6 +14,7 @@ from ..writing.face_division import divide_faces, select_faces
 from ..writing.live_colours import LiveColours
 from . import session
 from .forecasts import forecast_of, remember
+from .idle import Idle
 from .properties import BakeOptions, bake_request, option_names, scene_options
 from .show_light import show_while
 
@@ -23,20 +24,12 @@ SHORTEST_SLICE, LONGEST_SLICE = 0.07, 0.5
 TICK, REDRAW = 0.02, 0.2
 
 
-class DETP_OT_bake(BakeOptions, bpy.types.Operator):
+class DETP_OT_bake(Idle, BakeOptions, bpy.types.Operator):
     """Bake the light of the whole scene into the meshes' colour attributes"""
 
     bl_idname = "detp.bake"
     bl_label = "Bake Vertex Light"
     bl_options = {"REGISTER", "UNDO"}
-
-    @classmethod
-    def poll(cls, context):
-        """Only one bake at a time."""
-        if session.running():
-            cls.poll_message_set("A bake is running: wait for it, or cancel it")
-            return False
-        return context.scene is not None
 
     def execute(self, context):
         """Bake at once, from a script or in background mode; arguments that are not given come from the scene."""
@@ -111,7 +104,7 @@ class DETP_OT_bake(BakeOptions, bpy.types.Operator):
         try:
             request = bake_request(options, metres_per_unit(context.scene))
         except DetpError as error:
-            self.report({"ERROR"}, escaped(str(error)))
+            self.refused(error)
             return None
         self._request = replace(request, look=self._live)
         live = LiveColours(request.domain, request.attribute if request.activate else None) if self._live else None

@@ -331,10 +331,10 @@ def bake_request(options: dict, metres: float = 1.0) -> BakeRequest:
         radius=options["radius"] * metres or None,
         bounces=options["bounces"],
         seed=options["seed"],
-        gatherer=_core_name(options["gatherer"]),
-        estimator=_core_name(options["estimator"]),
-        direct=None if options["direct"] == "AUTO" else _core_name(options["direct"]),
-        indirect=None if options["indirect"] == "AUTO" else _core_name(options["indirect"]),
+        gatherer=core_name(options["gatherer"]),
+        estimator=core_name(options["estimator"]),
+        direct=None if options["direct"] == "AUTO" else core_name(options["direct"]),
+        indirect=None if options["indirect"] == "AUTO" else core_name(options["indirect"]),
         shadow_distance=options["occlusion_distance"] * metres or None,
     )
     return BakeRequest(
@@ -342,19 +342,19 @@ def bake_request(options: dict, metres: float = 1.0) -> BakeRequest:
         targets=options["targets"].lower(),
         attribute=options["attribute"],
         domain=options["domain"],
-        fit=_core_name(options["fit"]),
-        quantity=_core_name(options["quantity"]),
+        fit=core_name(options["fit"]),
+        quantity=core_name(options["quantity"]),
         split=options["split"],
         activate=options["activate"],
         encoding=Encoding(
             exposure=None if options["fit_exposure"] else options["exposure"],
             clamp=options["clamp"],
-            storage=_core_name(options["storage"]),
+            storage=core_name(options["storage"]),
         ),
     )
 
 
-def _core_name(identifier: str) -> str:
+def core_name(identifier: str) -> str:
     """The core's word for an identifier of Blender's: ``DISC_INDEX`` is ``disc-index``."""
     return identifier.lower().replace("_", "-")
 

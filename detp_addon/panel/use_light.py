@@ -9,23 +9,12 @@ from ..materials.use_light import materials_with_light, remove_from_materials, u
 from ..wording import counted
 from ..writing.encoding import fit_stored
 from . import session
-from .properties import attribute_name
+from .idle import Idle
+from .properties import attribute_name, core_name
 from .show_light import follow_light
 
 
-class _Idle:
-    """What waits for the end of a bake."""
-
-    @classmethod
-    def poll(cls, context):
-        """While no bake runs."""
-        if session.running():
-            cls.poll_message_set("A bake is running: wait for it, or cancel it")
-            return False
-        return context.scene is not None
-
-
-class DETP_OT_use_in_material(_Idle, bpy.types.Operator):
+class DETP_OT_use_in_material(Idle, bpy.types.Operator):
     """Put the baked light into the materials of all meshes that have it, so that renders and glTF exports carry it"""
 
     bl_idname = "detp.use_in_material"
@@ -45,12 +34,10 @@ class DETP_OT_use_in_material(_Idle, bpy.types.Operator):
 
     def execute(self, context):
         """Each material once; those that use light already are made anew."""
-        way = self.way.lower().replace("_", "-")
         try:
-            use = use_in_materials(context.scene.objects, attribute_name(context.scene.detp), way)
+            use = use_in_materials(context.scene.objects, attribute_name(context.scene.detp), core_name(self.way))
         except DetpError as error:
-            self.report({"ERROR"}, escaped(str(error)))
-            return {"CANCELLED"}
+            return self.refused(error)
         for note in use.notes:
             self.report({"WARNING"}, escaped(note))
         self.report({"INFO"}, f"{use.sentence()} Material Preview, renders and glTF exports show it.")
@@ -58,7 +45,7 @@ class DETP_OT_use_in_material(_Idle, bpy.types.Operator):
         return {"FINISHED"}
 
 
-class DETP_OT_remove_from_material(_Idle, bpy.types.Operator):
+class DETP_OT_remove_from_material(Idle, bpy.types.Operator):
     """Take the baked light out of the scene's materials again, and leave them as they were before"""
 
     bl_idname = "detp.remove_from_material"
@@ -73,7 +60,7 @@ class DETP_OT_remove_from_material(_Idle, bpy.types.Operator):
         return {"FINISHED"}
 
 
-class DETP_OT_fit_exposure(_Idle, bpy.types.Operator):
+class DETP_OT_fit_exposure(Idle, bpy.types.Operator):
     """Multiply the stored light so that 99 % of its lit colours are 1 or less, and note the factor on the meshes"""
 
     bl_idname = "detp.fit_exposure"
@@ -86,8 +73,7 @@ class DETP_OT_fit_exposure(_Idle, bpy.types.Operator):
         try:
             brightness = fit_stored(context.scene.objects, attribute_name(settings))
         except DetpError as error:
-            self.report({"ERROR"}, escaped(str(error)))
-            return {"CANCELLED"}
+            return self.refused(error)
         settings.fit_exposure = True
         session.exposed(brightness)
         self.report({"INFO"}, brightness.sentence())

@@ -11,6 +11,7 @@ import bpy
 import numpy as np
 
 from ..reading.render_view import render, temporary_scene
+from ..writing.baked_layers import stored_colours
 from .camera import frame
 
 #: faces that coincide show by chance one or the other: there more samples are taken
@@ -67,9 +68,7 @@ def _has_colours(obj: bpy.types.Object, attribute: str) -> bool:
 
 
 def _luminance(layer: bpy.types.Attribute) -> np.ndarray:
-    rgba = np.empty((len(layer.data), 4), np.float32)
-    layer.data.foreach_get("color", rgba.ravel())
-    return rgba[:, :3] @ _LUMINANCE
+    return stored_colours(layer)[:, :3] @ _LUMINANCE
 
 
 def _size_for(settings: bpy.types.RenderSettings) -> tuple[int, int]:

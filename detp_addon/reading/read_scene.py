@@ -13,6 +13,7 @@ from ...core.errors import EditModeError, NoMeshError
 from ...core.lights.environment import EnvironmentWorld
 from ...core.lights.light import Light
 from ...core.lights.world import UniformWorld
+from ...core.points import Points
 from ...core.scene import Scene
 from .face_places import PlacedFaces, placed_faces
 from .findings import Findings
@@ -77,6 +78,11 @@ class ExportedScene:
     objects: int
     triangles: int
     lights: int
+
+    @property
+    def points(self) -> Points:
+        """The estimation points as the core takes them."""
+        return Points(self.centres, self.normals, self.inward, self.facing)
 
 
 def read_scene(

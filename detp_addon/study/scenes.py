@@ -9,7 +9,6 @@ import numpy as np
 
 from ...core.bake import Baking
 from ...core.photons.photon_light import PHOTONS_PER_TRACE
-from ...core.points import Points
 from ...core.random_streams import random_stream
 from ...core.segments import Segments
 from ...core.settings import BakeSettings
@@ -29,8 +28,7 @@ def load_study_scene(name: str, path: Path, segments: int) -> StudyScene:
     with blender_silenced():
         open_blend(path)
         export = read_scene(bpy.context.scene, bpy.context.view_layer, None, "CORNER")
-    points = Points(export.centres, export.normals, export.inward, export.facing)
-    work = Baking(export.scene, points, BakeSettings(quality="preview", indirect="photons"))
+    work = Baking(export.scene, export.points, BakeSettings(quality="preview", indirect="photons"))
     for stage in (work.place_points, work.cast_first_rays, work.place_discs):
         finished(stage())
     parts: list[Segments] = []

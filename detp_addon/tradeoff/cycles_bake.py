@@ -10,6 +10,7 @@ import bpy
 import numpy as np
 
 from ..command.blender_output import blender_silenced
+from ..writing.baked_layers import stored_colours
 from .face_copies import LIGHT
 
 #: reflections that a path may have, as in our own bakes
@@ -99,7 +100,4 @@ def extrapolated_seconds(corners: np.ndarray, times: np.ndarray) -> float:
 
 def light_of(obj: bpy.types.Object, attribute: str = LIGHT) -> np.ndarray:
     """The colours (corners, 3) of an object."""
-    layer = obj.data.attributes[attribute]
-    rgba = np.empty(4 * len(layer.data), np.float32)
-    layer.data.foreach_get("color", rgba)
-    return rgba.reshape(-1, 4)[:, :3].astype(float)
+    return stored_colours(obj.data.attributes[attribute])[:, :3].astype(float)

@@ -11,7 +11,6 @@ import numpy as np
 from ...core.bake import bake
 from ...core.errors import NoMeshError
 from ...core.estimator.enclosure import unlit
-from ...core.points import Points
 from ...core.settings import BakeSettings
 from ...core.stages import finished
 from ..reading.read_scene import BakeTarget, read_scene
@@ -134,7 +133,7 @@ def _hidden(scene, layer, names: list[str]) -> tuple[np.ndarray, float]:
     """Whether (C,) a bake would fill each corner from its neighbours, and the radius of its discs."""
     export = read_scene(scene, layer, [bpy.data.objects[name] for name in names], "CORNER")
     settings = BakeSettings("draft", photons=FEW_PHOTONS)
-    steps = bake(export.scene, Points(export.centres, export.normals, export.inward, export.facing), settings)
+    steps = bake(export.scene, export.points, settings)
     result = finished(steps)
     hidden = result.hidden | (export.covered & unlit(result.irradiance))
     rows = {target.object_name: target.point_rows for target in export.targets}

@@ -24,8 +24,14 @@ WHITE = "white"
 #: the quantity of layers that hold what surfaces look like in this light, for the viewport
 LOOK = "look"
 
+
+def parts_of(name: str) -> tuple[str, str]:
+    """The names of the layers with the direct and the indirect part of the light of the layer ``name``."""
+    return f"{name}_direct", f"{name}_indirect"
+
+
 #: what bakes were named before they left a mark, unless they were asked for another name
-UNMARKED = ("irradiance", "irradiance_direct", "irradiance_indirect")
+UNMARKED = ("irradiance", *parts_of("irradiance"))
 
 
 @dataclass(frozen=True)
@@ -137,7 +143,12 @@ def _mark(mesh: bpy.types.Mesh) -> dict:
     }
 
 
+def stored_colours(layer: bpy.types.Attribute) -> np.ndarray:
+    """The RGBA (elements, 4) of a colour layer, float32, linear."""
+    rgba = np.empty((len(layer.data), 4), np.float32)
+    layer.data.foreach_get("color", rgba.ravel())
+    return rgba
+
+
 def _checksum(layer: bpy.types.Attribute) -> int:
-    values = np.empty(4 * len(layer.data), np.float32)
-    layer.data.foreach_get("color", values)
-    return zlib.crc32(values) & 0x7FFFFFFF  # custom properties hold 31 bits and a sign
+    return zlib.crc32(stored_colours(layer)) & 0x7FFFFFFF  # custom properties hold 31 bits and a sign

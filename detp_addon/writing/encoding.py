@@ -12,7 +12,7 @@ import numpy as np
 
 from ...core.errors import InvalidSettingError, NotBakedError
 from ..report import Brightness
-from .baked_layers import holds_light, light_of
+from .baked_layers import holds_light, light_of, parts_of, stored_colours
 from .write_attributes import MeshColours, write_layers
 
 #: what colours are stored as, by the name of Blender's type: 32 bits a channel, or 8 in sRGB encoding
@@ -99,12 +99,16 @@ def fit_stored(objects: Iterable[bpy.types.Object], attribute: str) -> Brightnes
 
     Its direct and indirect parts go with it. Raises NotBakedError when no mesh has light there, or only as bytes.
     """
-    entries, names = [], (attribute, f"{attribute}_direct", f"{attribute}_indirect")
+    entries, names = [], (attribute, *parts_of(attribute))
     for mesh, obj in {obj.data: obj for obj in objects if obj.type == "MESH"}.items():
         layer = mesh.attributes.get(attribute)
         if mesh.library is None and holds_light(mesh, attribute) and layer.data_type == "FLOAT_COLOR":
             light = light_of(mesh, attribute)
-            layers = {name: _stored(mesh, name) / light["scale"] for name in names if holds_light(mesh, name)}
+            layers = {
+                name: stored_colours(mesh.attributes[name])[:, :3].astype(np.float64) / light["scale"]
+                for name in names
+                if holds_light(mesh, name)
+            }
             entries.append((MeshColours(obj, layers), light["quantity"], layer.domain))
     if not entries:
         raise NotBakedError(
@@ -119,9 +123,3 @@ def fit_stored(objects: Iterable[bpy.types.Object], attribute: str) -> Brightnes
             above, count = above + brightness.above, count + brightness.colours
         undo.pop_all()
     return Brightness(scale, above, count)
-
-
-def _stored(mesh: bpy.types.Mesh, name: str) -> np.ndarray:
-    rgba = np.empty((len(mesh.attributes[name].data), 4), np.float32)
-    mesh.attributes[name].data.foreach_get("color", rgba.ravel())
-    return rgba[:, :3].astype(np.float64)

@@ -6,7 +6,6 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from detp.core.bake import baked  # noqa: E402
-from detp.core.points import Points  # noqa: E402
 from detp.core.settings import BakeSettings  # noqa: E402
 from detp.detp_addon.writing.element_values import spread  # noqa: E402
 from detp.detp_addon.writing.write_attributes import faces_of  # noqa: E402
@@ -35,9 +34,7 @@ def test_the_dark_side_gets_less_than_a_thousandth(wall, direct):
     lamp("POINT", location=(0.5, 0.5, 0.5), energy=10.0)
     exported = read()
     settings = BakeSettings(photons=100_000, radius=0.1, direct=direct)
-    result = baked(
-        exported.scene, Points(exported.centres, exported.normals, exported.inward, exported.facing), settings
-    )
+    result = baked(exported.scene, exported.points, settings)
     (target,) = (target for target in exported.targets if target.object_name == "room")
     rows = np.where((target.point_rows >= 0) & ~result.hidden[target.point_rows], target.point_rows, -1)
     light = spread(result.irradiance, rows, faces_of(room.data, "CORNER")).sum(axis=1)

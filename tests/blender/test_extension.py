@@ -1,5 +1,6 @@
 """The extension as a user gets it: built, validated, installed by Blender's own installer, and baked with."""
 
+import importlib.util
 import json
 import os
 import re
@@ -7,6 +8,7 @@ import subprocess
 import sys
 import tomllib
 import zipfile
+from hashlib import sha256
 from pathlib import Path
 
 import pytest
@@ -84,35 +86,52 @@ def archive(tmp_path_factory):
     return path
 
 
-def sources():
-    """The repository's files that an installed add-on runs."""
-    found = {
-        path.relative_to(ROOT).as_posix() for part in ("core", "detp_addon") for path in (ROOT / part).rglob("*.py")
-    }
-    return found | {"__init__.py", "blender_manifest.toml", "LICENSE", "README.md", "CHANGELOG.md"}
+def blender_extension(*arguments):
+    """Blender's own command for extensions, as the bpy module brings it along."""
+    blender = Path(importlib.util.find_spec("bpy").origin).parent
+    [script] = blender.glob("*/scripts/addons_core/bl_pkg/cli/blender_ext.py")
+    return subprocess.run([sys.executable, script, *arguments], check=True, capture_output=True)
+
+
+def contents(path):
+    """The archive's files by name, but for folders."""
+    with zipfile.ZipFile(path) as opened:
+        return {name: opened.read(name) for name in opened.namelist() if not name.endswith("/")}
 
 
 def test_archive_holds_the_add_on_and_nothing_else(archive):
-    with zipfile.ZipFile(archive) as opened:
-        names = set(opened.namelist())
-        manifest = tomllib.loads(opened.read("blender_manifest.toml").decode())
-    assert [name for name in names if not SHIPPED.fullmatch(name)] == []
-    wheels = {name for name in names if name.startswith("wheels/")}
-    assert names - wheels == sources()
+    found = contents(archive)
+    manifest = tomllib.loads(found["blender_manifest.toml"].decode())
+    assert [name for name in found if not SHIPPED.fullmatch(name)] == []
+    wheels = {name for name in found if name.startswith("wheels/")}
     assert {re.search(r"cp\d+", name)[0] for name in wheels} == {"cp311", "cp313", "cp314"}
     assert {f"./{name}" for name in wheels} == set(manifest["wheels"])
     assert len(manifest["platforms"]) == 1
     assert archive.name == f"detp-{manifest['version']}-{manifest['platforms'][0].replace('-', '_')}.zip"
 
 
-def test_without_wheels_it_fits_every_platform(tmp_path):
+def test_without_wheels_it_fits_every_platform_and_is_what_blender_builds(tmp_path):
     assert run_builder(tmp_path, "--no-wheels").returncode == 0
     [path] = tmp_path.glob("*.zip")
-    with zipfile.ZipFile(path) as opened:
-        assert set(opened.namelist()) == sources()
-        manifest = tomllib.loads(opened.read("blender_manifest.toml").decode())
+    blender_extension("build", "--source-dir", ROOT, "--output-filepath", tmp_path / "blenders.zip")
+    found = contents(path)
+    assert found == contents(tmp_path / "blenders.zip")
+    manifest = tomllib.loads(found["blender_manifest.toml"].decode())
     assert not {"wheels", "platforms"} & set(manifest)
     assert path.name == f"detp-{manifest['version']}.zip"
+
+
+def test_the_repository_is_the_one_that_blender_makes(archive):
+    folder = archive.parent
+    ours = json.loads((folder / "index.json").read_text())
+    sums = dict(line.split("  ")[::-1] for line in (folder / "SHA256SUMS").read_text().splitlines())
+    assert sums == {name: sha256((folder / name).read_bytes()).hexdigest() for name in (archive.name, "index.json")}
+    blender_extension("server-generate", "--repo-dir", folder)
+    theirs = json.loads((folder / "index.json").read_text())
+    for package in theirs["data"]:
+        if "python_versions" not in package:  # which Blender tells since 4.5
+            ours["data"][0].pop("python_versions")
+    assert ours == theirs
 
 
 def test_installed_add_on_bakes(archive, tmp_path):

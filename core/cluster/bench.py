@@ -62,7 +62,7 @@ def code_identity() -> str:
 
 
 def worked(task: str, code: str, keys: Sequence[str], piece: np.ndarray, *shared: np.ndarray) -> np.ndarray:
-    """Do the ``task`` of that name for a ``piece`` of a bake, all as bytes; the one function that workers are called by.
+    """Do the ``task`` of that name for a ``piece`` of a bake, all as bytes: the one function that workers are told.
 
     ``shared`` is what was sent once, of which ``keys`` are the names, so that it is worked out once; the first is the
     scene. Raises ClusterError when the caller's ``code`` is another one.

@@ -45,17 +45,21 @@ _LOOK = 1.0
 
 
 @contextmanager
-def crew_at(address: str, scene: Scene, points: Points, settings: BakeSettings) -> Iterator[Crew]:
+def crew_of(address: str | None, scene: Scene, points: Points, settings: BakeSettings) -> Iterator[Crew | None]:
     """The workers of the scheduler at ``address``, or LOCAL, as the crew of a bake; cancels what they do at the end.
 
-    Raises ClusterError when they cannot be had, or do not suit.
+    No crew where there is no address. Raises ClusterError when workers cannot be had, or do not suit.
     """
-    with _connected(address) as hands:
+    if address is None:
+        yield None
+        return
+    with hands_at(address) as hands:
         yield Crew(hands, uuid.uuid4().hex, scene, points, settings)
 
 
 @contextmanager
-def _connected(address: str, wait: float = WAIT) -> Iterator[DaskHands]:
+def hands_at(address: str, wait: float = WAIT) -> Iterator[DaskHands]:
+    """The workers themselves, of which there must be some within ``wait`` seconds."""
     try:
         from dask import config
         from distributed import Client, LocalCluster
@@ -90,7 +94,7 @@ class DaskHands:
     """The workers that a ``client`` of the scheduler at ``address`` has; waits for some so many seconds at most."""
 
     def __init__(self, client: Client, address: str, wait: float = WAIT):
-        self._client, self._address, self._wait = client, address, wait
+        self._client, self._address, self._wait, self._code = client, address, wait, code_identity()
         self._data: dict[str, np.ndarray] = {}
         self._futures: dict[str, Future] = {}
         self._losses = 0
@@ -107,7 +111,7 @@ class DaskHands:
                 raise ClusterError(f"The worker at {worker} has no {code.name}: install this detp there too.")
             if isinstance(code, Exception):
                 raise ClusterError(f"The worker at {worker} cannot run detp: {code}")
-            if code != code_identity():
+            if code != self._code:
                 raise ClusterError(f"The worker at {worker} has another version of detp: install the same on all.")
 
     def give(self, key: str, data: np.ndarray) -> None:
@@ -133,7 +137,7 @@ class DaskHands:
 
     def _handed(self, task: str, keys: tuple[str, ...], piece: np.ndarray) -> Future:
         shared = (self._futures[key] for key in keys)
-        return self._client.submit(worked, task, code_identity(), keys, piece, *shared, pure=False, retries=0)
+        return self._client.submit(worked, task, self._code, keys, piece, *shared, pure=False, retries=0)
 
     def _done(self, task: str, keys: tuple[str, ...], piece: np.ndarray, future: Future) -> np.ndarray:
         """What came of a ``piece`` that was handed out."""
@@ -173,6 +177,7 @@ class DaskHands:
             self._seen = now
         elif now - self._seen > self._wait:
             raise ClusterError(
-                f"The Dask scheduler at '{self._address}' has no workers: start some with 'dask worker {self._address}'."
+                f"The Dask scheduler at '{self._address}' has no workers: start some with "
+                f"'dask worker {self._address}'."
             )
         return self._threads

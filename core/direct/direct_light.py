@@ -231,8 +231,10 @@ class DirectLight:
         lights: Sequence[Light],
         reflected: ReflectedLight | None,
     ) -> tuple:
-        """Cast the rays of a ``piece`` of the points, where ``lights`` are all of the scene's; returns what they brought,
-        for :meth:`take`."""
+        """Cast the rays of a ``piece`` of the points, where ``lights`` are all of the scene's.
+
+        Returns what they brought, for :meth:`take`.
+        """
         own = lights if piece.shines else []
         light = cls(scene, caster, piece.stands, piece.normals, settings, own, groups=piece.groups)
         if piece.gathers:
@@ -334,7 +336,10 @@ class DirectLight:
         if begin == 0 and self._lights.sharp is not None:
             self._exact[:, rows] = self._lights.sharp.exact(part, rows, points, normals, group).T
         if self._lights.soft is not None:
-            generator, sums = self._generator(begin, self._first + rows.start, 0), self._phase(self._by_lamps).part(rows)
+            generator, sums = (
+                self._generator(begin, self._first + rows.start, 0),
+                self._phase(self._by_lamps).part(rows),
+            )
             lit = self._relative_light(rows=rows)
             self._lights.soft.cast(part, rows, points, normals, group, plan[0][rows], generator, sums, lit)
         if self._lights.surroundings.rays_per_round:

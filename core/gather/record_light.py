@@ -29,8 +29,8 @@ FIRST_ROUNDS, MOST_ROUNDS = 4, 256
 class RecordLight:
     """What is known of the light at ``records``, for ``reflected`` to be looked up.
 
-    ``lights`` are all of the scene's; shadow rays go there, unless the direct light comes ``by_photons``. With a ``crew``
-    its workers do the heavy work.
+    ``lights`` are all of the scene's; shadow rays go there, unless the direct light comes ``by_photons``. The
+    workers of a ``crew`` do the heavy work.
 
     Attributes: the ``searches`` for photons; ``common_error``, the relative standard error of all records' mean, as far
     as photons are to blame.

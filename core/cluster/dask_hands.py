@@ -8,6 +8,7 @@ their worker is lost, to another.
 from __future__ import annotations
 
 import logging
+import re
 import time
 import uuid
 from collections import deque
@@ -105,14 +106,19 @@ class DaskHands:
         """Raise ClusterError when there are no workers, or one that is not like this process."""
         while not self._room():
             time.sleep(0.1)
-        told = self._client.run(code_identity, on_error="return")
-        for worker, code in told.items():
-            if isinstance(code, ModuleNotFoundError):
-                raise ClusterError(f"The worker at {worker} has no {code.name}: install this detp there too.")
+        told = {f"worker at {at}": code for at, code in self._client.run(code_identity, on_error="return").items()}
+        try:
+            told["scheduler"] = self._client.run_on_scheduler(code_identity)
+        except Exception as error:
+            told["scheduler"] = error
+        for who, code in told.items():
+            missing = re.search("No module named '([^']+)'", str(code))
+            if missing is not None:
+                raise ClusterError(f"The {who} has no {missing[1]}: install this detp there too.")
             if isinstance(code, Exception):
-                raise ClusterError(f"The worker at {worker} cannot run detp: {code}")
+                raise ClusterError(f"The {who} cannot run detp: {code}")
             if code != self._code:
-                raise ClusterError(f"The worker at {worker} has another version of detp: install the same on all.")
+                raise ClusterError(f"The {who} has another version of detp: install the same on all.")
 
     def give(self, key: str, data: np.ndarray) -> None:
         """Send ``data`` to all workers that there are."""

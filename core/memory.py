@@ -17,6 +17,9 @@ READING_TRIANGLE, READING_CORNER = 900, 500
 #: bytes that baking takes beside, for each triangle and each estimation point; what rays in flight take is bounded
 BAKING_TRIANGLE, BAKING_POINT = 400, 5000
 
+#: bytes of the scene that a worker is sent, for each triangle and each estimation point
+SENT_TRIANGLE, SENT_POINT = 150, 100
+
 #: where Linux keeps the limits of groups of processes, as containers are
 GROUPS = Path("/sys/fs/cgroup")
 
@@ -34,6 +37,12 @@ def check_reading(triangles: int, corners: int, free: int | None = None) -> None
 def check_baking(triangles: int, points: int, free: int | None = None) -> None:
     """Raise OutOfMemoryError when ``points`` among so many ``triangles`` cannot be baked; ``free`` as above."""
     _check(BAKING_TRIANGLE * triangles + BAKING_POINT * points, triangles, f"{_many(points)} points", free)
+
+
+def check_workers(triangles: int, points: int, workers: int, free: int | None = None) -> None:
+    """Raise OutOfMemoryError when so many ``workers`` on this machine cannot each hold the scene; the rest as above."""
+    each = (BAKING_TRIANGLE + SENT_TRIANGLE) * triangles + SENT_POINT * points
+    _check(workers * each, triangles, f"{workers} workers", free)
 
 
 def free_bytes() -> int | None:

@@ -2,7 +2,7 @@
 
     python tools/big_scene.py OUT.blend --triangles 10
 
-The hills are two fifths of the triangles, and have all of the points; docs/scale.md has what such scenes take.
+The hills are a quarter of the triangles, and have all of the points; docs/scale.md has what such scenes take.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import bpy
 import numpy as np
 
 #: Share of the triangles that the hills have; leaves of each kind of tree, of two triangles each; kinds of trees.
-HILLS, LEAVES, KINDS = 0.4, 10_000, 3
+HILLS, LEAVES, KINDS = 0.23, 10_000, 3
 
 #: Metres between corners of the hills.
 STEP = 0.5

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import ClusterError
+from ..memory import check_workers
 from ..parallel import worker_count
 from ..points import Points
 from ..scene import Scene
@@ -49,11 +50,14 @@ _LOOK = 1.0
 def crew_of(address: str | None, scene: Scene, points: Points, settings: BakeSettings) -> Iterator[Crew | None]:
     """The workers of the scheduler at ``address``, or LOCAL, as the crew of a bake; cancels what they do at the end.
 
-    No crew where there is no address. Raises ClusterError when workers cannot be had, or do not suit.
+    No crew where there is no address. Raises ClusterError when workers cannot be had, or do not suit, and
+    OutOfMemoryError when this machine has not memory enough for them.
     """
     if address is None:
         yield None
         return
+    if address == LOCAL:
+        check_workers(len(scene.triangles), len(points), worker_count())
     with hands_at(address) as hands:
         yield Crew(hands, uuid.uuid4().hex, scene, points, settings)
 

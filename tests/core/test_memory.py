@@ -20,6 +20,8 @@ def test_what_fits_passes_and_what_does_not_is_refused_with_both_sizes():
     check_baking(7, 5_000_000, need)
     with pytest.raises(OutOfMemoryError, match=r"7 triangles and 5\.0 M points"):
         check_baking(7, 5_000_000, need - 1)
+    with pytest.raises(OutOfMemoryError, match=r"10\.0 M triangles and 2 workers"):
+        memory.check_workers(10_000_000, 1_000_000, 2, need)
 
 
 def test_a_machine_that_tells_nothing_refuses_nothing(monkeypatch):

@@ -11,8 +11,9 @@ from pathlib import Path
 
 from .errors import OutOfMemoryError
 
-#: bytes that reading a scene takes at its peak for each triangle, and each face corner that will have a colour
-READING_TRIANGLE, READING_CORNER = 900, 500
+#: bytes that reading a scene takes at its peak for each triangle as it stands in the scene, for each of a mesh that may
+#: stand there often, and for each face corner that will have a colour
+READING_TRIANGLE, READING_MESH, READING_CORNER = 300, 600, 500
 
 #: bytes that baking takes beside, for each triangle and each estimation point; what rays in flight take is bounded
 BAKING_TRIANGLE, BAKING_POINT = 400, 5000
@@ -26,12 +27,14 @@ GROUPS = Path("/sys/fs/cgroup")
 _GIGA = 1e9
 
 
-def check_reading(triangles: int, corners: int, free: int | None = None) -> None:
+def check_reading(triangles: int, of_meshes: int, corners: int, free: int | None = None) -> None:
     """Raise OutOfMemoryError when a scene of so many ``triangles`` and ``corners`` to colour cannot be read.
 
-    ``free`` bytes are there, None for what the machine says.
+    ``of_meshes``: those triangles of which the others are copies. ``free`` bytes are there, None for what the machine
+    says.
     """
-    _check(READING_TRIANGLE * triangles + READING_CORNER * corners, triangles, f"{_many(corners)} face corners", free)
+    needed = READING_TRIANGLE * triangles + READING_MESH * of_meshes + READING_CORNER * corners
+    _check(needed, triangles, f"{_many(corners)} face corners", free)
 
 
 def check_baking(triangles: int, points: int, free: int | None = None) -> None:

@@ -14,6 +14,7 @@ import uuid
 from collections import deque
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
+from itertools import count
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -39,8 +40,9 @@ CONNECT, WAIT = 10.0, 60.0
 #: Pieces that are under way for each thread of the workers, so that none waits for the next.
 AHEAD = 2
 
-#: How often what all had is sent anew, or a piece done again, after workers were lost.
-MOST_LOSSES = 20
+#: How often one thing is sent anew, or one piece handed out again, after workers were lost; Dask itself hands a piece
+#: out four times before that counts.
+MOST_LOSSES = 5
 
 #: Seconds after which it is looked again how many workers there are.
 _LOOK = 1.0
@@ -102,7 +104,6 @@ class DaskHands:
         self._client, self._address, self._wait, self._code = client, address, wait, code_identity()
         self._data: dict[str, np.ndarray] = {}
         self._futures: dict[str, Future] = {}
-        self._losses = 0
         self._looked, self._threads = 0.0, 0
         self._seen = time.monotonic()
 
@@ -127,9 +128,14 @@ class DaskHands:
     def give(self, key: str, data: np.ndarray) -> None:
         """Send ``data`` to all workers that there are."""
         self._data[key] = data
-        while not self._room():
-            time.sleep(0.1)
-        self._futures[key] = self._client.scatter(data, broadcast=True, hash=False)
+        for losses in count(1):
+            while not self._room():
+                time.sleep(0.1)
+            try:
+                self._futures[key] = self._client.scatter(data, broadcast=True, hash=False)
+                return
+            except (OSError, TimeoutError) as error:  # workers went meanwhile
+                self._check_loss(losses, error)
 
     def drop(self, key: str) -> None:
         """Let the workers forget it."""
@@ -153,25 +159,31 @@ class DaskHands:
         """What came of a ``piece`` that was handed out."""
         from distributed import CancelledError, KilledWorker
 
+        losses = 0
         while True:
             try:
                 return future.result(timeout=_LOOK)
             except TimeoutError:
                 self._room()
             except (CancelledError, KilledWorker) as error:
-                self._recover(error)
+                losses += 1
+                self._check_loss(losses, error)
+                self._give_lost()
                 future = self._handed(task, keys, piece)
 
-    def _recover(self, error: Exception) -> None:
-        """Send all anew what the lost workers were the only ones to have."""
-        self._losses += 1
+    def _give_lost(self) -> None:
+        """Send all anew what lost workers were the only ones to have."""
+        for key, given in list(self._futures.items()):
+            if given.status != "finished":
+                self.give(key, self._data[key])
+
+    def _check_loss(self, losses: int, error: Exception) -> None:
+        """Raise ClusterError when workers were lost for the ``losses``-th time at one thing, and that is too often."""
+        self._looked = 0.0
         if self._client.status != "running":
             raise ClusterError(f"The Dask scheduler at '{self._address}' is gone.") from error
-        if self._losses > MOST_LOSSES:
+        if losses > MOST_LOSSES:
             raise ClusterError("Workers are lost again and again: they may have too little memory.") from error
-        for key, future in self._futures.items():
-            if future.status != "finished":
-                self.give(key, self._data[key])
 
     def _room(self) -> int:
         """Threads that the workers have now. Raises ClusterError when there have been none for too long."""

@@ -15,8 +15,8 @@ from .errors import OutOfMemoryError
 #: stand there often, and for each face corner that will have a colour
 READING_TRIANGLE, READING_MESH, READING_CORNER = 300, 600, 500
 
-#: bytes that baking takes beside, for each triangle and each estimation point; what rays in flight take is bounded
-BAKING_TRIANGLE, BAKING_POINT = 400, 5000
+#: bytes that baking takes beside, for each triangle and each estimation point, and for records and rays in flight
+BAKING_TRIANGLE, BAKING_POINT, BAKING = 400, 2500, 400_000_000
 
 #: bytes of the scene that a worker is sent, for each triangle and each estimation point
 SENT_TRIANGLE, SENT_POINT = 150, 100
@@ -39,7 +39,8 @@ def check_reading(triangles: int, of_meshes: int, corners: int, free: int | None
 
 def check_baking(triangles: int, points: int, free: int | None = None) -> None:
     """Raise OutOfMemoryError when ``points`` among so many ``triangles`` cannot be baked; ``free`` as above."""
-    _check(BAKING_TRIANGLE * triangles + BAKING_POINT * points, triangles, f"{_many(points)} points", free)
+    needed = BAKING + BAKING_TRIANGLE * triangles + BAKING_POINT * points
+    _check(needed, triangles, f"{_many(points)} points", free)
 
 
 def check_workers(triangles: int, points: int, workers: int, free: int | None = None) -> None:

@@ -16,7 +16,7 @@ def test_what_fits_passes_and_what_does_not_is_refused_with_both_sizes():
         check_reading(1_000_000, 300_000, 2_000_000, need - 100_000_000)
     figures = [float(number) for number in re.findall(r"(\d+\.\d) GB", str(refused.value))]
     assert figures == pytest.approx([need / 1e9, need / 1e9 - 0.1], abs=0.051)
-    need = memory.BAKING_TRIANGLE * 7 + memory.BAKING_POINT * 5_000_000
+    need = memory.BAKING + memory.BAKING_TRIANGLE * 7 + memory.BAKING_POINT * 5_000_000
     check_baking(7, 5_000_000, need)
     with pytest.raises(OutOfMemoryError, match=r"7 triangles and 5\.0 M points"):
         check_baking(7, 5_000_000, need - 1)

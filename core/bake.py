@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Generator
-from typing import TypeVar
+from functools import partial
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -37,6 +38,9 @@ from .scene import Scene
 from .settings import BakeSettings
 from .stages import Stopwatch, collected, finished
 
+if TYPE_CHECKING:
+    from .cluster.crew import Crew
+
 Result = TypeVar("Result")
 Stage = Generator[Progress, None, Result]
 
@@ -49,17 +53,19 @@ def baked(scene: Scene, points: Points, settings: BakeSettings | None = None) ->
     return finished(bake(scene, points, settings or BakeSettings()))
 
 
-def bake(scene: Scene, points: Points, settings: BakeSettings, fit: VertexFit | None = None) -> Stage[BakeResult]:
+def bake(
+    scene: Scene, points: Points, settings: BakeSettings, fit: VertexFit | None = None, crew: Crew | None = None
+) -> Stage[BakeResult]:
     """Estimate the irradiance at ``points``, step by step.
 
     Values that a ``fit`` makes of the light at the points are to have the error asked for; without one, the points
-    themselves.
+    themselves. The workers of a ``crew`` do the heavy work, if there is one; the light is the same.
 
     Yields a Progress often (a user interface calls next() between redraws; closing the generator cancels) and
     returns a BakeResult. Memory is bounded by the batch. Raises NoLightError without light, InvalidSettingError and
     InvalidArrayError on bad input.
     """
-    work = Baking(scene, points, settings, fit)
+    work = Baking(scene, points, settings, fit, crew)
     yield from work.place_points()
     yield from work.cast_first_rays()
     yield from work.place_records()
@@ -73,10 +79,17 @@ class Baking:
     Attributes, once :meth:`place_discs` is done: ``disc``, the radius at the points themselves, and ``tracer``.
     """
 
-    def __init__(self, scene: Scene, points: Points, settings: BakeSettings, fit: VertexFit | None = None):
+    def __init__(
+        self,
+        scene: Scene,
+        points: Points,
+        settings: BakeSettings,
+        fit: VertexFit | None = None,
+        crew: Crew | None = None,
+    ):
         if settings.radius is not None:
             check_radius(settings.radius, scene)
-        self._scene, self._points, self._settings, self._fit = scene, points, settings, fit
+        self._scene, self._points, self._settings, self._fit, self._crew = scene, points, settings, fit, crew
         self._start = time.perf_counter()
         self._stopwatch = Stopwatch("radius", "place", "shadow", "trace", "gather")
         self._plain, self._by_photons = settings.estimator == "plain", settings.direct_by == "photons"
@@ -97,7 +110,9 @@ class Baking:
         with self._stopwatch("place"):
             self._caster = RayCaster(self._scene.corners, points.centres)
         began = self._stopwatch.seconds["place"]
-        if self._plain:
+        if self._crew is not None:
+            finding = self._crew.standpoints()
+        elif self._plain:
             finding = plain_standpoints(self._caster, points.centres, points.facing)
         else:
             finding = standpoints(self._caster, points.centres, points.facing, points.inward)
@@ -112,7 +127,7 @@ class Baking:
         lights = self._shining if settings.direct_by == "shadow-rays" else []
         if lights or self._gathers:
             stands = Stands(points.centres, self._places.origins, None if points.flat else points.facing)
-            self._rays = DirectLight(self._scene, self._caster, stands, points.normals, settings, lights)
+            self._rays = DirectLight(self._scene, self._caster, stands, points.normals, settings, lights, self._crew)
         if lights:
             rounds = self._rays.rounds(0, first_rounds(self._rays, settings, self._start))
             yield from _during("Casting shadow rays", 0.0, self._stopwatch.timed("shadow", rounds))
@@ -128,7 +143,9 @@ class Baking:
             landings = scouted(scene, self._caster, self._places.origins, self._points.facing, settings.seed)
             side = None if settings.radius is None else settings.radius / WIDTH
             held = Records(self._caster, landings, len(self._points), settings.seed, side)
-            self._records = RecordLight(scene, self._caster, held, settings, self._shining, self._by_photons)
+            self._records = RecordLight(
+                scene, self._caster, held, settings, self._shining, self._by_photons, self._crew
+            )
         self._gathers = len(held) > 0
         if not self._gathers:
             return
@@ -168,7 +185,8 @@ class Baking:
                 placing = whole_discs(discs)
             else:
                 every = look_in_every(settings, self._standing, self._start)
-                placing = visible_discs(caster, discs, points.inward, every, points.facing)
+                place = partial(visible_discs, caster) if self._crew is None else self._crew.visible_discs
+                placing = place(discs, points.inward, every, points.facing)
             parts = self._stopwatch.timed("place", collected(placing))
             placed = VisibleDiscs.joined((yield from _during("Placing the discs", 0.0, parts)))
             self._searches = [PhotonSearch(kind, placed) for kind in kinds]

@@ -56,6 +56,10 @@ class OutOfMemoryError(DetpError):
     """A bake takes more memory than the machine has free."""
 
 
+class ClusterError(DetpError):
+    """A bake's workers cannot be reached, do not suit, or are gone."""
+
+
 class SceneBusyError(DetpError):
     """Blender cannot evaluate the scene now, because it is rendering already."""
 

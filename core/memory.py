@@ -11,11 +11,15 @@ from pathlib import Path
 
 from .errors import OutOfMemoryError
 
-#: bytes that reading a scene takes at its peak for each triangle, and each face corner that will have a colour
-READING_TRIANGLE, READING_CORNER = 900, 500
+#: bytes that reading a scene takes at its peak for each triangle as it stands in the scene, for each of a mesh that may
+#: stand there often, and for each face corner that will have a colour
+READING_TRIANGLE, READING_MESH, READING_CORNER = 300, 600, 500
 
-#: bytes that baking takes beside, for each triangle and each estimation point; what rays in flight take is bounded
-BAKING_TRIANGLE, BAKING_POINT = 400, 5000
+#: bytes that baking takes beside, for each triangle and each estimation point, and for records and rays in flight
+BAKING_TRIANGLE, BAKING_POINT, BAKING = 400, 2500, 400_000_000
+
+#: bytes of the scene that a worker is sent, for each triangle and each estimation point
+SENT_TRIANGLE, SENT_POINT = 150, 100
 
 #: where Linux keeps the limits of groups of processes, as containers are
 GROUPS = Path("/sys/fs/cgroup")
@@ -23,17 +27,26 @@ GROUPS = Path("/sys/fs/cgroup")
 _GIGA = 1e9
 
 
-def check_reading(triangles: int, corners: int, free: int | None = None) -> None:
+def check_reading(triangles: int, of_meshes: int, corners: int, free: int | None = None) -> None:
     """Raise OutOfMemoryError when a scene of so many ``triangles`` and ``corners`` to colour cannot be read.
 
-    ``free`` bytes are there, None for what the machine says.
+    ``of_meshes``: those triangles of which the others are copies. ``free`` bytes are there, None for what the machine
+    says.
     """
-    _check(READING_TRIANGLE * triangles + READING_CORNER * corners, triangles, f"{_many(corners)} face corners", free)
+    needed = READING_TRIANGLE * triangles + READING_MESH * of_meshes + READING_CORNER * corners
+    _check(needed, triangles, f"{_many(corners)} face corners", free)
 
 
 def check_baking(triangles: int, points: int, free: int | None = None) -> None:
     """Raise OutOfMemoryError when ``points`` among so many ``triangles`` cannot be baked; ``free`` as above."""
-    _check(BAKING_TRIANGLE * triangles + BAKING_POINT * points, triangles, f"{_many(points)} points", free)
+    needed = BAKING + BAKING_TRIANGLE * triangles + BAKING_POINT * points
+    _check(needed, triangles, f"{_many(points)} points", free)
+
+
+def check_workers(triangles: int, points: int, workers: int, free: int | None = None) -> None:
+    """Raise OutOfMemoryError when so many ``workers`` on this machine cannot each hold the scene; the rest as above."""
+    each = (BAKING_TRIANGLE + SENT_TRIANGLE) * triangles + SENT_POINT * points
+    _check(workers * each, triangles, f"{workers} workers", free)
 
 
 def free_bytes() -> int | None:

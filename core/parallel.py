@@ -6,6 +6,7 @@ import os
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from itertools import islice
 from typing import TypeVar
 
@@ -25,6 +26,16 @@ def worker_count() -> int:
 def slices(count: int, size: int) -> list[slice]:
     """Consecutive slices of ``size`` rows each, the last of what is left, that make up ``count``."""
     return [slice(start, min(start + size, count)) for start in range(0, count, size)]
+
+
+@contextmanager
+def alone() -> Iterator[None]:
+    """Work in this thread alone, as one of many that work side by side."""
+    before, _thread.works = getattr(_thread, "works", False), True
+    try:
+        yield
+    finally:
+        _thread.works = before
 
 
 def ordered_map(function: Callable[[Task], Result], tasks: Iterable[Task]) -> Iterator[Result]:

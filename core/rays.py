@@ -16,6 +16,9 @@ from .triangles import normals_and_areas
 #: Rays in one call to Embree: long enough to hide the call, short enough to share among threads.
 RAYS_PER_SLICE = 1 << 15
 
+#: Triangles that are worked on in one array when a caster is made.
+TRIANGLES_AT_ONCE = 1 << 17
+
 #: Share of a place's distance from the caster's centre by which origins are lifted off a surface there. Embree has
 #: coordinates from that centre in float32, exact to 2^-25 of their size, of origins as of what they meet.
 ROUNDING = 2.0**-22
@@ -71,9 +74,9 @@ class RayCaster:
         around = places if around is None or len(around) == 0 else around
         self.corners, self._back = corners, back
         self.centre = np.median(around, axis=0)
-        all_of_them = _lengths(places - self.centre)
+        all_of_them = _distances(places, self.centre)
         self.radius = float(all_of_them.max())
-        usual = (float(np.median(_lengths(around - self.centre))), float(np.median(all_of_them)), self.radius, 1.0)
+        usual = (float(np.median(_distances(around, self.centre))), float(np.median(all_of_them)), self.radius, 1.0)
         self._usual = next(length for length in usual if length > 0)
         self.size = MOST_OF_ALL * self._usual
         # Products of the largest and of the smallest coordinates stay within what float32 can tell.
@@ -88,12 +91,13 @@ class RayCaster:
         if self._back is not None:
             far = self.drawn_back(np.repeat(owner, 3), pieces.reshape(-1, 3)).reshape(-1, 3, 1)
             pieces = pieces - far * self.normals[owner, None]
-        first = pieces[:, :1]
-        # A corner of each piece and the two edges from it, from which hit points are made.
-        self._edged = np.concatenate([first, pieces[:, 1:] - first], axis=1).reshape(-1, 9)
-        local = ((pieces - self.centre) * self._scale).astype(np.float32)
+        # Hit points are made from them; mostly they are the triangles themselves, and take no memory.
+        self._pieces = pieces.reshape(-1, 9)
+        local = np.empty(pieces.shape, np.float32)
+        for rows in slices(len(pieces), TRIANGLES_AT_ONCE):
+            local[rows] = (pieces[rows] - self.centre) * self._scale
         self._embree = EmbreeScene()
-        self._mesh = TriangleMesh(self._embree, np.ascontiguousarray(local))
+        self._mesh = TriangleMesh(self._embree, local)
         # The first call commits the scene, which must not happen in several threads at once.
         self._embree.run(np.zeros((1, 3), np.float32), np.array([[0, 0, 1]], np.float32))
 
@@ -164,10 +168,11 @@ class RayCaster:
         result = self._embree.run(self._local(origins), directions.astype(np.float32), reach, output=1)
         # Of rays that meet nothing the last piece: any is as good.
         piece = result["primID"].astype(np.int64)
-        edged = self._edged.take(piece, axis=0, mode="wrap")
+        corners = self._pieces.take(piece, axis=0, mode="wrap")
         points = np.empty((len(piece), 3))
         for axis in range(3):
-            points[:, axis] = edged[:, axis] + result["u"] * edged[:, 3 + axis] + result["v"] * edged[:, 6 + axis]
+            first, second, third = corners[:, axis], corners[:, 3 + axis], corners[:, 6 + axis]
+            points[:, axis] = first + result["u"] * (second - first) + result["v"] * (third - first)
         return self._owner.take(piece, mode="wrap"), points
 
     def _local(self, origins):
@@ -184,26 +189,44 @@ def _pieces(corners: np.ndarray, centre: np.ndarray, nearest: float) -> tuple[np
     """
     pieces, owner, done = corners, np.arange(len(corners)), []
     for _ in range(MOST_HALVINGS):
-        following = np.roll(pieces, -1, axis=1)
-        lengths = np.linalg.norm(following - pieces, axis=2)
-        beside = np.maximum(np.minimum(pieces, following) - centre, centre - np.maximum(pieces, following))
-        long = lengths > LONGEST * (np.maximum(beside, 0.0).max(axis=2) + nearest)
-        rows = np.flatnonzero(long.any(axis=1))
+        edges = np.concatenate([_long_edges(pieces[some], centre, nearest) for some in _parts(len(pieces))])
+        rows = np.flatnonzero(edges >= 0)
         if len(rows) == 0 or 2 * len(rows) > MOST_PIECES:
             break
-        kept = np.flatnonzero(~long.any(axis=1))
+        kept = np.flatnonzero(edges < 0)
         done.append((pieces[kept], owner[kept]))
-        edge = np.where(long[rows], lengths[rows], 0.0).argmax(axis=1)
+        edge = edges[rows]
         a, b, c = (pieces[rows, (edge + step) % 3] for step in range(3))
         middle = 0.5 * (a + b)
         pieces = np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
         owner = np.tile(owner[rows], 2)
+    if not done:
+        return pieces, owner
     done.append((pieces, owner))
     return tuple(map(np.concatenate, zip(*done, strict=True)))
 
 
-def _lengths(vectors: np.ndarray) -> np.ndarray:
-    return np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
+def _long_edges(pieces: np.ndarray, centre: np.ndarray, nearest: float) -> np.ndarray:
+    """The longest (P,) of the edges of each of ``pieces`` (P, 3, 3) that are too long, -1 where none is."""
+    following = np.roll(pieces, -1, axis=1)
+    lengths = np.linalg.norm(following - pieces, axis=2)
+    beside = np.maximum(np.minimum(pieces, following) - centre, centre - np.maximum(pieces, following))
+    long = lengths > LONGEST * (np.maximum(beside, 0.0).max(axis=2) + nearest)
+    return np.where(long.any(axis=1), np.where(long, lengths, 0.0).argmax(axis=1), -1)
+
+
+def _parts(count: int) -> list[slice]:
+    """Slices of so many triangles as are worked on in one array, one at least."""
+    return slices(count, TRIANGLES_AT_ONCE) or [slice(0, 0)]
+
+
+def _distances(places: np.ndarray, centre: np.ndarray) -> np.ndarray:
+    """How far (K,) ``places`` (K, 3) are from the ``centre`` (3,)."""
+    found = np.empty(len(places))
+    for rows in slices(len(places), TRIANGLES_AT_ONCE):
+        away = places[rows] - centre
+        found[rows] = np.sqrt(np.einsum("ij,ij->i", away, away))
+    return found
 
 
 def _sums(rows: np.ndarray) -> np.ndarray:

@@ -71,7 +71,9 @@ class Scene:
     @property
     def bounds(self) -> Bounds:
         """The box around the triangles (vertices that no triangle uses do not count)."""
-        return Bounds.of(self.vertices[self.triangles.ravel()])
+        used = np.zeros(len(self.vertices), bool)
+        used[self.triangles] = True
+        return Bounds.of(self.vertices if used.all() else self.vertices[used])
 
     @property
     def corners(self) -> np.ndarray:

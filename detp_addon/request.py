@@ -29,6 +29,7 @@ class BakeRequest:
     activate   make the attribute the one that viewport and render show
     encoding   how the light becomes the attribute's numbers
     look       beside it, a layer with what the surfaces look like in the light, which the viewport shows
+    cluster    the address of a Dask scheduler whose workers do the heavy work, or "local"; None: this process does
 
     Raises InvalidSettingError on anything else.
     """
@@ -43,6 +44,7 @@ class BakeRequest:
     activate: bool = True
     encoding: Encoding = field(default_factory=Encoding)
     look: bool = False
+    cluster: str | None = None
 
     def __post_init__(self):
         for name in self.attributes:

@@ -62,11 +62,17 @@ def points_of(targets: list[BakeTarget], export: ExportedScene) -> tuple[list[Ba
     rows, fit, kept = np.flatnonzero(used), None, np.zeros(0, np.int64)
     numbers = np.arange(len(rows))
     if shown is not None:
-        faces, kept = shown.faces.of_values(used)
-        places, rows = shown.places.on(kept)
+        # A large scene is not to be there twice, only because none of it is left away.
+        faces, places, kept = shown.faces, shown.places, np.arange(len(shown.faces.values))
+        rows = np.arange(len(places.triangle))
+        if not used.all():
+            faces, kept = faces.of_values(used)
+            places, rows = places.on(kept)
         fit, numbers = VertexFit(faces, places), faces.values[places.triangle, 0]
     given = export.centres, export.normals, export.facing, export.inward, export.covered
-    return moved, BakedPoints(*(part[rows] for part in given), numbers, fit, kept)
+    if len(rows) < len(export.centres):
+        given = (part[rows] for part in given)
+    return moved, BakedPoints(*given, numbers, fit, kept)
 
 
 def values_of(points: BakedPoints, result: BakeResult) -> Values:

@@ -7,6 +7,7 @@ and aim there; and points among others whose light is sure already are given few
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,7 +19,8 @@ from ..random_streams import random_stream
 from ..rays import RayCaster
 from ..scene import Scene
 from ..settings import BakeSettings
-from .direction_guide import DirectionSums
+from .cast_piece import CastPiece
+from .direction_guide import DirectionGuide, DirectionSums
 from .learnt_sums import LearntSums
 from .looks import ReflectedLight
 from .nearby_light import NearbyLight
@@ -29,6 +31,9 @@ from .scene_lights import SceneLights
 from .shadows import Shadows
 from .spots import Spots
 from .stands import Stands
+
+if TYPE_CHECKING:
+    from ..cluster.crew import Crew
 
 #: Rays from each point in one round to the lamps, to each of the surroundings, and by chance; a power of two.
 RAYS_PER_ROUND = 4
@@ -55,7 +60,8 @@ class DirectLight:
     estimate. Equal seeds give equal results on any number of threads. Surfaces farther than the settings' shadow
     distance do not shade a point from the world. From :meth:`gather` on, rays by chance also gather reflected light.
 
-    ``lights`` are all that count: none where the direct light is not looked for, or by photons.
+    ``lights`` are all that count: none where the direct light is not looked for, or by photons. With a ``crew`` its
+    workers cast the rays. ``groups``, when given, are those of points that are in their order.
 
     Attributes ``done``: how many rounds there were, of all points on average; ``rays``: how many rays they cast.
     """
@@ -68,11 +74,13 @@ class DirectLight:
         normals: np.ndarray,
         settings: BakeSettings,
         lights: Sequence[Light],
+        crew: Crew | None = None,
+        groups: PointGroups | None = None,
     ):
-        self._seed = settings.seed
+        self._seed, self._crew = settings.seed, crew
         stands = stands if isinstance(stands, Stands) else Stands(stands, stands)
         points = stands.origins
-        self._groups = PointGroups.of(points, normals)
+        self._groups = groups or PointGroups.of(points, normals)
         self._stands, self._normals = stands.taken(self._groups.order), normals[self._groups.order]
         self._points = self._stands.origins
         self._shadows, self._reach = Shadows(scene, caster), settings.shadow_distance or np.inf
@@ -87,6 +95,7 @@ class DirectLight:
         self._learnt = False
         self._seen, self._guide = DirectionSums(len(self._groups.start) - 1), None
         self.done, self.rays = 0, 0
+        self._first = 0  # of the points, among all of a bake
 
     def _lights_of(self, lights: Sequence[Light]) -> SceneLights:
         near = self._groups, self._stands, self._normals
@@ -188,17 +197,91 @@ class DirectLight:
             plan = self._plan(begin, end, other)
             if where is not None:
                 plan = tuple(np.where(where, rounds, 0) for rounds in plan)
-            nearby = None if self._followed is None else self._nearby_lamps()
-            cast = ordered_map(
-                lambda part, begin=begin, plan=plan, nearby=nearby: self._cast(part, begin, plan, nearby), groups
-            )
-            for part, _ in zip(groups, cast, strict=True):
+            for part, _ in zip(groups, self._casts(groups, begin, plan), strict=True):
                 share = self._groups.start[part.stop] / len(self._points)
                 yield min((begin - first + share * (end - begin)) / (last - first), 1.0)
             if LEARN_AFTER <= end <= LEARN_LAST and end & (end - 1) == 0:
                 self._learn()
             self.rays += sum(cost * int(rounds.sum()) for cost, rounds in zip(self._lights.costs, plan, strict=True))
             begin = self.done = end
+
+    def _casts(self, groups: list[slice], begin: int, plan: tuple[np.ndarray, np.ndarray]) -> Iterator[None]:
+        """Cast the rays of these ``groups``, side by side."""
+        if self._crew is not None:
+            return self._crew.cast(self, groups, begin, plan)
+        nearby = self._nearby_lamps()
+        return ordered_map(lambda part: self._cast(part, begin, plan, nearby), groups)
+
+    def piece(self, part: slice, begin: int, plan: tuple[np.ndarray, np.ndarray]) -> CastPiece:
+        """All that it takes to cast the planned rays of the groups in ``part`` elsewhere."""
+        rows, start = self._rows(part), self._groups.start[part.start : part.stop + 1]
+        group = PointGroups(np.arange(rows.stop - rows.start), self._groups.group[rows] - part.start, start - start[0])
+        gathers, shines = self._followed is not None, self._lights.any
+        rounds = tuple(each[rows] for each in plan)
+        place = self._stands.taken(rows), self._normals[rows], group
+        return CastPiece(*place, self._first + rows.start, begin, rounds, gathers, shines, *self._state(part))
+
+    @classmethod
+    def cast_piece(
+        cls,
+        piece: CastPiece,
+        scene: Scene,
+        caster: RayCaster,
+        settings: BakeSettings,
+        lights: Sequence[Light],
+        reflected: ReflectedLight | None,
+    ) -> tuple:
+        """Cast the rays of a ``piece`` of the points, where ``lights`` are all of the scene's.
+
+        Returns what they brought, for :meth:`take`.
+        """
+        own = lights if piece.shines else []
+        light = cls(scene, caster, piece.stands, piece.normals, settings, own, groups=piece.groups)
+        if piece.gathers:
+            light.gather(reflected, lights)
+        every = slice(0, len(piece.groups.start) - 1)
+        light._first = piece.first
+        light._load(piece)
+        light._cast(every, piece.begin, piece.rounds, light._nearby_lamps())
+        return light._state(every)[0]
+
+    def take(self, part: slice, brought: tuple) -> None:
+        """Let what the groups in ``part`` know be what their rays ``brought`` elsewhere."""
+        for mine, theirs in zip(self._state(part)[0], brought, strict=True):
+            if mine is not None:
+                mine[...] = theirs
+
+    def _state(self, part: slice) -> tuple[tuple, tuple]:
+        """Of the groups in ``part``, views of what casting changes, and of what it only looks at."""
+        rows = self._rows(part)
+        phases = [(sums.after, sums.before) if self._learnt else (sums.before, sums.after) for sums in self._sums]
+        changed = [self._exact[:, rows], self._spread[:, rows], *(sums[:, part] for sums in self._seen.sums)]
+        for now, _ in phases:
+            each = now.part(rows)
+            changed += [each.count, each.weights, each.total, each.crossed, each.squares]
+        fixed = [None if self._guide is None else self._guide.density[part], self._learnt]
+        for _, other in phases:
+            fixed += [other.count[rows], other.total[:, rows]]
+        for learnt in self._lights.learnt:
+            changed += learnt.changed(part, rows)
+            fixed.append(learnt.learnt_of(part))
+        return tuple(changed), tuple(fixed)
+
+    def _load(self, piece: CastPiece) -> None:
+        """Know what is known elsewhere of the points of ``piece``."""
+        density, self._learnt, *fixed = piece.fixed
+        self._guide = None if density is None else DirectionGuide(density)
+        for sums in self._sums:
+            other = sums.before if self._learnt else sums.after
+            other.count[:], other.total[:] = fixed.pop(0), fixed.pop(0)
+        own = piece.changed[len(piece.changed) - 4 * len(self._lights.learnt) :][3::4]
+        for learnt, sums in zip(self._lights.learnt, own, strict=True):
+            learnt.load(fixed.pop(0), sums is not None)
+        self.take(slice(0, len(self._groups.start) - 1), piece.changed)
+
+    def _rows(self, part: slice) -> slice:
+        """The points of the groups in ``part``."""
+        return slice(int(self._groups.start[part.start]), int(self._groups.start[part.stop]))
 
     def _learn(self) -> None:
         """Aim from now on at where light was found."""
@@ -213,8 +296,12 @@ class DirectLight:
     def _sums(self) -> tuple[LearntSums, LearntSums, LearntSums]:
         return self._by_lamps, self._by_surroundings, self._reflected
 
-    def _nearby_lamps(self) -> NearbyLight:
-        """The lamps alone as they are seen from places near the points; rays by chance meet the rest."""
+    def _nearby_lamps(self) -> NearbyLight | None:
+        """The lamps alone as they are seen from places near the points; rays by chance meet the rest.
+
+        None where no rays are followed on."""
+        if self._followed is None:
+            return None
         found = self._exact, self._by_lamps.plain_mean(), self._by_surroundings.plain_mean()
         return self._followed.nearby(*found).of_lamps()
 
@@ -244,12 +331,15 @@ class DirectLight:
 
     def _cast(self, part: slice, begin: int, plan: tuple[np.ndarray, np.ndarray], nearby) -> None:
         """Cast the planned rays of the groups in ``part``, and add up what they find."""
-        rows = slice(self._groups.start[part.start], self._groups.start[part.stop])
+        rows = self._rows(part)
         points, normals, group = self._points[rows], self._normals[rows], self._groups.group[rows] - part.start
         if begin == 0 and self._lights.sharp is not None:
             self._exact[:, rows] = self._lights.sharp.exact(part, rows, points, normals, group).T
         if self._lights.soft is not None:
-            generator, sums = self._generator(begin, rows.start, 0), self._phase(self._by_lamps).part(rows)
+            generator, sums = (
+                self._generator(begin, self._first + rows.start, 0),
+                self._phase(self._by_lamps).part(rows),
+            )
             lit = self._relative_light(rows=rows)
             self._lights.soft.cast(part, rows, points, normals, group, plan[0][rows], generator, sums, lit)
         if self._lights.surroundings.rays_per_round:
@@ -259,7 +349,7 @@ class DirectLight:
     def _look_around(self, part: slice, rows: slice, spots: Spots, begin: int, rounds: np.ndarray, nearby) -> None:
         guide = None if self._guide is None else self._guide.part(part)
         seen = [] if begin < LEARN_LAST else None
-        generator = self._generator(begin, rows.start, 1)
+        generator = self._generator(begin, self._first + rows.start, 1)
         direct, reflected = (self._phase(sums).part(rows) for sums in self._sums[1:])
         spread = self._spread[:, rows]
         aims = self._lights.aims(part, rows, spots, self._relative_light(rows=rows))

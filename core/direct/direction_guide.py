@@ -33,12 +33,12 @@ class DirectionGuide:
     """``density`` (G, SIDE * SIDE) over each group's cells, mean 1; all 1 where the cosine alone does as well."""
 
     def __init__(self, density: np.ndarray):
-        self._density = density
+        self.density = density
         self._even = (density == 1.0).all(axis=1)
 
     def part(self, groups: slice) -> DirectionChoice | None:
         """What it takes to choose directions for some consecutive groups, numbered from 0; None: by the cosine."""
-        return None if self._even[groups].all() else DirectionChoice.over(self._density[groups])
+        return None if self._even[groups].all() else DirectionChoice.over(self.density[groups])
 
 
 @dataclass(frozen=True)

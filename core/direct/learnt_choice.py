@@ -87,6 +87,19 @@ class LearntChoice:
             for total, weight in zip(own, (np.minimum(ratio, LARGEST_RATIO) ** 2, None), strict=True):
                 total += np.bincount(place, weight, total.size).reshape(total.shape)
 
+    def changed(self, part: slice, rows: slice) -> list[np.ndarray | None]:
+        """Views of what :meth:`add` changes, of the groups in ``part`` and the points ``rows``."""
+        own = None if self._own is None else self._own[:, rows]
+        return [self._found[part], self._sought[part], self._rays[part], own]
+
+    def learnt_of(self, part: slice) -> np.ndarray | None:
+        """What the groups in ``part`` choose by; None before they have learnt it."""
+        return None if self._learnt is None else self._learnt[part]
+
+    def load(self, learnt: np.ndarray | None, own: bool) -> None:
+        """Choose by ``learnt`` from now on; points remember their ``own`` rays' light or not."""
+        self._learnt, self._own = learnt, self._own if own else None
+
     def learn(self) -> None:
         """Choose by what has been found so far from now on."""
         rays = self._rays.sum(axis=1, keepdims=True)

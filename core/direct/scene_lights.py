@@ -80,10 +80,15 @@ class SceneLights:
             found[id(light)] = TriangleChoice(light, choice, learnt, part, rows, choice.scale(lit))
         return found
 
+    @property
+    def learnt(self) -> list[LearntChoice]:
+        """What the points have learnt of lamps and of shining triangles."""
+        lamps = [lamps.learnt for lamps in (self.sharp, self.soft) if lamps is not None]
+        return [*lamps, *(learnt for _, learnt in self._shining)]
+
     def learn(self) -> None:
         """Choose by what has been found so far from now on."""
-        lamps = [lamps.learnt for lamps in (self.sharp, self.soft) if lamps is not None]
-        for learnt in (*lamps, *(learnt for _, learnt in self._shining)):
+        for learnt in self.learnt:
             learnt.learn()
 
     def nearby(self, exact: np.ndarray, by_lamps: np.ndarray, by_surroundings: np.ndarray) -> NearbyLight:

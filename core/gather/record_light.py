@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator, Sequence
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +19,9 @@ from ..settings import BakeSettings
 from .records import WIDTH, Records
 from .reflected_light import ReflectedLight
 
+if TYPE_CHECKING:
+    from ..cluster.crew import Crew
+
 #: Rounds of shadow rays from each record at first, and at most: their noise is averaged by the points that look there.
 FIRST_ROUNDS, MOST_ROUNDS = 4, 256
 
@@ -24,7 +29,8 @@ FIRST_ROUNDS, MOST_ROUNDS = 4, 256
 class RecordLight:
     """What is known of the light at ``records``, for ``reflected`` to be looked up.
 
-    ``lights`` are all of the scene's; shadow rays go there, unless the direct light comes ``by_photons``.
+    ``lights`` are all of the scene's; shadow rays go there, unless the direct light comes ``by_photons``. The
+    workers of a ``crew`` do the heavy work.
 
     Attributes: the ``searches`` for photons; ``common_error``, the relative standard error of all records' mean, as far
     as photons are to blame.
@@ -38,14 +44,18 @@ class RecordLight:
         settings: BakeSettings,
         lights: Sequence[Light],
         by_photons: bool,
+        crew: Crew | None = None,
     ):
-        self._caster, self._records, self._settings = caster, records, settings
-        self.reflected = ReflectedLight(scene, caster, lights, records, settings.bounces)
+        self._caster, self._records, self._settings, self._crew = caster, records, settings, crew
+        self.reflected = ReflectedLight(scene, caster, lights, records.finder, settings.bounces)
         self.searches: list[PhotonSearch] = []
         self.common_error = 0.0
         self._rays = None
         if lights and len(records) and not by_photons:
-            self._rays = DirectLight(scene, caster, records.held.stands, records.held.normals, settings, lights)
+            held = records.held
+            self._rays = DirectLight(scene, caster, held.stands, held.normals, settings, lights, crew)
+        if crew is not None:
+            crew.know_records(records.finder)
 
     def __len__(self) -> int:
         return len(self._records)
@@ -53,7 +63,7 @@ class RecordLight:
     @property
     def radius(self) -> float:
         """Of the records' smallest discs, metres."""
-        return WIDTH * self._records.finest
+        return WIDTH * self._records.finder.finest
 
     @property
     def looking(self) -> tuple[np.ndarray, np.ndarray]:
@@ -90,7 +100,8 @@ class RecordLight:
 
     def _placed(self, discs: TangentDiscs, every: int) -> Generator[None, None, VisibleDiscs]:
         parts = []
-        for part in visible_discs(self._caster, discs, every=every):
+        place = partial(visible_discs, self._caster) if self._crew is None else self._crew.visible_discs
+        for part in place(discs, every=every):
             parts.append(part)
             yield
         return VisibleDiscs.joined(parts)
@@ -104,6 +115,8 @@ class RecordLight:
             rows = slice(search.half * cells, (search.half + 1) * cells)
             found[search.kind][rows] = search.estimate.irradiance.value
         self.reflected.know(found["direct"], found["indirect"])
+        if self._crew is not None:
+            self._crew.know_light(found["direct"], found["indirect"])
         whole = max(float(np.sum(found["direct"]) + np.sum(found["indirect"])), 1e-300)
         errors = (s.estimate.common_error * float(np.sum(s.estimate.irradiance.value)) / whole for s in self.searches)
         self.common_error = float(np.sqrt(sum(error**2 for error in errors)))

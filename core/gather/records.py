@@ -10,6 +10,7 @@ Reverse Photon Mapping", 2005 (only where gather rays land).
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from functools import cached_property
 
 import numpy as np
 
@@ -130,50 +131,35 @@ def scouted(scene: Scene, caster: RayCaster, points: np.ndarray, normals: np.nda
     return Landings.joined(list(ordered_map(found, slices(len(points), POINTS_PER_CHUNK))))
 
 
-class Records:
-    """C cells with two records each, where ``landings`` of gather rays from ``points`` points are.
+@dataclass(frozen=True)
+class RecordFinder:
+    """Finds the cell whose records tell of the light somewhere.
 
-    ``finest`` metres are the sides of the smallest cells; None: as small as the number of records allows.
-
-    Attributes
-    held   Landings of the 2 C records; those of the second half follow those of the first
-    radii  (2 C,) metres, of their discs
+    corner   (3,) metres, from where cells are counted, and ``finest`` metres, the sides of the smallest
+    numbers  (C,) uint64 of the cells
+    cut      (C,) whether a wall may run through each, so that its records tell nothing
     """
 
-    def __init__(self, caster: RayCaster, landings: Landings, points: int, seed: int, finest: float | None = None):
-        if finest is None:
-            finest = _affordable(caster, landings, points)
-        self._cells = Cells(_corner(caster), finest)
-        # What only rays see that are followed on is no part of what is seen from afar.
-        landings = landings.taken(np.flatnonzero(landings.lengths > 0.5 * self.near))
-        order = random_stream(seed, "records").permutation(len(landings.lengths))
-        landings = landings.taken(order)
-        cells, first, cell = np.unique(_numbers(self._cells, landings), return_index=True, return_inverse=True)
-        last = np.empty(len(cells), np.int64)
-        last[cell] = np.arange(len(cell))
-        self.held = landings.taken(np.concatenate([first, last]))
-        sides, finest = self._cells.sides(self._cells.levels_of(cells)), self._cells.finest
-        self.radii = np.tile(WIDTH * finest * (sides / finest) ** GROWTH, 2)
-        cut = _cut(caster, landings, self.held, cell, sides)
-        self._table = CellTable(cells, np.where(cut, -1, np.arange(len(cells))))
+    corner: np.ndarray
+    finest: float
+    numbers: np.ndarray
+    cut: np.ndarray
 
     def __len__(self) -> int:
-        return len(self.radii) // 2
-
-    @property
-    def discs(self) -> TangentDiscs:
-        """The records' discs, 2 C."""
-        return TangentDiscs(self.held.places, self.held.normals, self.radii)
-
-    @property
-    def finest(self) -> float:
-        """Sides of the smallest cells, metres."""
-        return self._cells.finest
+        return len(self.numbers)
 
     @property
     def near(self) -> float:
         """Metres: the light where shorter rays land is not looked up."""
         return NEAR * self.finest
+
+    @cached_property
+    def _cells(self) -> Cells:
+        return Cells(self.corner, self.finest)
+
+    @cached_property
+    def _table(self) -> CellTable:
+        return CellTable(self.numbers, np.where(self.cut, -1, np.arange(len(self.numbers))))
 
     def find(self, landings: Landings, lengths: np.ndarray) -> np.ndarray:
         """The cell (K,) whose records tell of the light at ``landings`` (K), -1 where none does.
@@ -185,6 +171,44 @@ class Records:
         places, normals = (part.take(far, axis=0) for part in (landings.places, landings.normals))
         cell[far] = self._table.find(self._cells.numbers(places, normals, self._cells.levels(lengths.take(far))))
         return cell
+
+
+class Records:
+    """C cells with two records each, where ``landings`` of gather rays from ``points`` points are.
+
+    ``finest`` metres are the sides of the smallest cells; None: as small as the number of records allows.
+
+    Attributes
+    held    Landings of the 2 C records; those of the second half follow those of the first
+    radii   (2 C,) metres, of their discs
+    finder  finds the cells
+    """
+
+    def __init__(self, caster: RayCaster, landings: Landings, points: int, seed: int, finest: float | None = None):
+        if finest is None:
+            finest = _affordable(caster, landings, points)
+        corner = _corner(caster)
+        numbered = Cells(corner, finest)
+        # What only rays see that are followed on is no part of what is seen from afar.
+        landings = landings.taken(np.flatnonzero(landings.lengths > 0.5 * NEAR * finest))
+        order = random_stream(seed, "records").permutation(len(landings.lengths))
+        landings = landings.taken(order)
+        cells, first, cell = np.unique(_numbers(numbered, landings), return_index=True, return_inverse=True)
+        last = np.empty(len(cells), np.int64)
+        last[cell] = np.arange(len(cell))
+        self.held = landings.taken(np.concatenate([first, last]))
+        sides = numbered.sides(numbered.levels_of(cells))
+        self.radii = np.tile(WIDTH * finest * (sides / finest) ** GROWTH, 2)
+        cut = _cut(caster, landings, self.held, cell, sides)
+        self.finder = RecordFinder(corner, finest, cells, cut)
+
+    def __len__(self) -> int:
+        return len(self.radii) // 2
+
+    @property
+    def discs(self) -> TangentDiscs:
+        """The records' discs, 2 C."""
+        return TangentDiscs(self.held.places, self.held.normals, self.radii)
 
 
 def _numbers(cells: Cells, landings: Landings) -> np.ndarray:

@@ -15,7 +15,7 @@ from ..rays import RayCaster
 from ..sampling import cosine_hemisphere
 from ..scene import Scene
 from ..sides import BySide, any_side
-from .records import Landings, Records
+from .records import Landings, RecordFinder
 
 #: Rays are followed over so many landings at most; hardly any go on for so long.
 MOST_FOLLOWED = 24
@@ -34,7 +34,7 @@ class ReflectedLight:
     which little would come back (Arvo and Kirk 1990).
     """
 
-    def __init__(self, scene: Scene, caster: RayCaster, lights: Sequence[Light], records: Records, bounces: int):
+    def __init__(self, scene: Scene, caster: RayCaster, lights: Sequence[Light], records: RecordFinder, bounces: int):
         self._caster, self._records, self._bounces = caster, records, bounces
         self._shadows = Shadows(scene, caster)
         self._surroundings = [light for light in lights if hasattr(light, "met")]

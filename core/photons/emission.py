@@ -21,7 +21,10 @@ def lights_of(scene: Scene) -> list[Light]:
     emissive = np.flatnonzero(any_side(scene.emission))
     if len(emissive) == 0:
         return list(scene.lights)
-    return [*scene.lights, EmissiveTriangles(scene.corners[emissive], scene.emission[..., emissive, :], emissive)]
+    return [
+        *scene.lights,
+        EmissiveTriangles(scene.vertices[scene.triangles[emissive]], scene.emission[..., emissive, :], emissive),
+    ]
 
 
 class Emission:

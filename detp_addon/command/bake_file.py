@@ -92,6 +92,7 @@ def bake_request(options: dict) -> BakeRequest:
         split=options["split"],
         activate=options["activate"] == "on",
         encoding=Encoding(options["exposure"], options["clamp"], options["storage"]),
+        cluster=options["cluster"],
     )
 
 

@@ -46,6 +46,11 @@ def _add_files(bake: argparse.ArgumentParser) -> None:
         help="skip files whose output is there already, of the same content and options",
     )  # fmt: skip
     bake.add_argument(
+        "--cluster", metavar="ADDRESS|local",
+        help="have the workers of the Dask scheduler at that address do the heavy work of each bake, or processes on "
+        "this machine; the light is the same",
+    )  # fmt: skip
+    bake.add_argument(
         "--time-limit", type=_seconds, metavar="10m", help="give a file up that takes longer than that in all"
     )
     bake.add_argument(

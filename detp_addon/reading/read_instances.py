@@ -120,11 +120,12 @@ def read_instances(depsgraph, wanted: set | None, findings: Findings, written: S
         if _add_mesh(read, instance, Placement(row, matrix, diffuse, shadow), wanted, findings):
             targets.append(PlacedMesh(obj.original, obj.data, row, matrix))
     corners = sum(len(target.object.data.loops) for target in targets)
-    check_reading(sum(len(read.surfaces[placement.surface].triangles) for placement in read.placements), corners)
+    triangles = [len(surface.triangles) for surface in read.surfaces]
+    check_reading(sum(triangles[placement.surface] for placement in read.placements), sum(triangles), corners)
     read.surfaces = with_area(read.surfaces)
     _add_targets(read, targets, findings)
     read.optics = respond(read.surfaces, materials)
-    read.shines = any_of(read.optics.shines, starts_of([len(surface.triangles) for surface in read.surfaces]))
+    read.shines = any_of(read.optics.shines, starts_of(triangles))
     mirrors = bool(read.optics.front.mirror.any() or read.optics.front.clear.any())
     for obj, row in placed.items():
         note_object(obj, row is not None and bool(read.shines[row]), mirrors, findings)

@@ -48,7 +48,7 @@ def test_cells_that_a_wall_cuts_and_rays_that_are_too_short_are_not_looked_up():
     places = np.c_[generator.uniform(-0.5, 0.5, (20000, 2)), np.zeros(20000)]
     up, lengths = np.tile((0, 0, 1.0), (20000, 1)), np.full(20000, 0.5)
     landings = Landings(places, places + 1e-4 * up, up, lengths)
-    records = Records(caster, landings, 1000, 0, 0.1)
+    records = Records(caster, landings, 1000, 0, 0.1).finder
     found = records.find(landings, landings.lengths) >= 0
     assert not found[np.abs(places[:, 0] - 0.01) < 0.005].any()
     assert found[np.abs(places[:, 0] - 0.01) > 0.25].mean() > 0.99
@@ -65,7 +65,7 @@ def test_rays_that_nothing_is_known_of_bring_every_reflection_once(bounces):
     scene = scene_of(box_quads((1, 1, 1)), albedo, 1.0)
     caster, lights = RayCaster(scene.corners), lights_of(scene)
     nowhere = Landings(*np.zeros((3, 0, 3)), np.zeros(0))
-    light = ReflectedLight(scene, caster, lights, Records(caster, nowhere, 1, 0), bounces)
+    light = ReflectedLight(scene, caster, lights, Records(caster, nowhere, 1, 0).finder, bounces)
     origins, normals, generator = np.full((count, 3), 0.5), np.tile((0, 0, 1.0), (count, 1)), np.random.default_rng(3)
     spots, rows = Spots(origins, normals, *frames(normals), np.zeros(count, np.int64)), np.arange(count)
     directions = cosine_hemisphere(normals, generator.random((count, 2)))

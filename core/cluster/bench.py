@@ -1,0 +1,133 @@
+"""What a worker does: tasks by name over what was sent to it once, whoever calls it. It needs no dask."""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import threading
+from collections import OrderedDict
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from ..direct.direct_light import DirectLight
+from ..errors import ClusterError
+from ..estimator.standpoints import Standpoints, plain_standpoints, standpoints
+from ..estimator.visible_area import VisibleDiscs, visible_discs
+from ..gather.records import RecordFinder
+from ..gather.reflected_light import ReflectedLight
+from ..parallel import alone
+from ..photons.emission import lights_of
+from ..points import Points
+from ..rays import RayCaster
+from ..scene import Scene
+from ..settings import BakeSettings
+from .packing import packed, unpacked
+
+#: Bakes of which a worker keeps the scene at most.
+MOST_BENCHES = 2
+
+#: Options of glibc's mallopt, and bytes: freed ones that stay, and from which on memory is apart for each array.
+_TRIM, _MOST_KEPT = -1, 1 << 29
+_MAP, _LARGEST = -3, 1 << 25
+
+_benches: OrderedDict[str, Bench] = OrderedDict()
+_lock = threading.Lock()
+
+
+@cache
+def _keep_memory() -> None:
+    """Let freed memory stay with this process, as it does in others.
+
+    Dask has its workers give every large array back to the system (MALLOC_TRIM_THRESHOLD_), whose pages must then be
+    cleared anew for the next one: NumPy took twice the time.
+    """
+    with suppress(OSError, AttributeError, TypeError):  # only glibc has it
+        allocator = ctypes.CDLL(None).mallopt
+        for option, size in ((_TRIM, _MOST_KEPT), (_MAP, _LARGEST)):
+            allocator(option, size)
+
+
+@cache
+def code_identity() -> str:
+    """Which code this is: of the core's source files, as they are."""
+    digest = hashlib.sha256()
+    core = Path(__file__).parents[1]
+    for path in sorted(core.rglob("*.py")):
+        digest.update(path.relative_to(core).as_posix().encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def worked(task: str, code: str, keys: Sequence[str], piece: np.ndarray, *shared: np.ndarray) -> np.ndarray:
+    """Do the ``task`` of that name for a ``piece`` of a bake, all as bytes: the one function that workers are told.
+
+    ``shared`` is what was sent once, of which ``keys`` are the names, so that it is worked out once; the first is the
+    scene. Raises ClusterError when the caller's ``code`` is another one.
+    """
+    if code != code_identity():
+        raise ClusterError("A worker has another version of detp than this one: install the same on all.")
+    _keep_memory()
+    with alone():
+        with _lock:
+            if keys[0] not in _benches:
+                _benches[keys[0]] = Bench(*unpacked(shared[0]))
+            bench = _benches[keys[0]]
+            _benches.move_to_end(keys[0])
+            while len(_benches) > MOST_BENCHES:
+                _benches.popitem(last=False)
+            for key, data in zip(keys[1:], shared[1:], strict=True):
+                bench.lay(key, data)
+        return packed(TASKS[task](bench, *unpacked(piece)))
+
+
+class Bench:
+    """Where a worker works on one bake: its ``scene``, ``points`` and ``settings``, and what follows from them."""
+
+    def __init__(self, scene: Scene, points: Points, settings: BakeSettings):
+        self.scene, self.points, self.settings = scene, points, settings
+        self.caster = RayCaster(scene.corners, points.centres)
+        self.lights = lights_of(scene)
+        self.reflected: ReflectedLight | None = None
+        self._laid: dict[str, str] = {}
+
+    def lay(self, key: str, data: np.ndarray) -> None:
+        """Have at hand what is called ``key``, "<what it is>:<of which time>"; what was laid there before goes."""
+        what = key.partition(":")[0]
+        if self._laid.get(what) != key:
+            getattr(self, f"_lay_{what}")(*unpacked(data))
+            self._laid[what] = key
+
+    def _lay_records(self, *finder) -> None:
+        found = RecordFinder(*finder)
+        self.reflected = ReflectedLight(self.scene, self.caster, self.lights, found, self.settings.bounces)
+        self._laid.pop("light", None)
+
+    def _lay_light(self, direct: np.ndarray, indirect: np.ndarray) -> None:
+        self.reflected.know(direct, indirect)
+
+
+def _stand(bench: Bench, begin: int, end: int) -> Standpoints:
+    """Where the points from ``begin`` to before ``end`` can look around from."""
+    points, rows = bench.points, slice(begin, end)
+    centres, facing = points.centres[rows], points.facing[rows]
+    if bench.settings.estimator == "plain":
+        found = plain_standpoints(bench.caster, centres, facing)
+    else:
+        found = standpoints(bench.caster, centres, facing, None if points.inward is None else points.inward[rows])
+    return Standpoints.joined(list(found))
+
+
+def _place(bench: Bench, *discs) -> VisibleDiscs:
+    """Discs as :func:`.visible_discs` takes them, and what their centres see of them."""
+    return VisibleDiscs.joined(list(visible_discs(bench.caster, *discs)))
+
+
+def _cast(bench: Bench, piece) -> tuple:
+    """What rays bring to a piece of the points."""
+    return DirectLight.cast_piece(piece, bench.scene, bench.caster, bench.settings, bench.lights, bench.reflected)
+
+
+TASKS: dict[str, Callable] = {"stand": _stand, "place": _place, "cast": _cast}

@@ -1,0 +1,100 @@
+"""The workers of one bake: what they are sent once, and the pieces of its heavy work, handed out and put together.
+
+Pieces are cut as threads cut them, each with its own random stream, and come back in order. So the light is the same,
+bit for bit, whoever does them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from itertools import count
+from typing import Protocol
+
+import numpy as np
+
+from ..direct.direct_light import DirectLight
+from ..discs import TangentDiscs
+from ..estimator.standpoints import POINTS_PER_CHUNK, Standpoints
+from ..estimator.visible_area import VisibleDiscs
+from ..gather.records import RecordFinder
+from ..parallel import slices
+from ..points import Points
+from ..scene import Scene
+from ..settings import BakeSettings
+from .packing import packed, unpacked
+
+
+class Hands(Protocol):
+    """Processes that do what they are told by name, see bench.py."""
+
+    def give(self, key: str, data: np.ndarray) -> None:
+        """Give all of them ``data`` (B,) uint8, called ``key``."""
+        ...
+
+    def drop(self, key: str) -> None:
+        """Let them forget what is called ``key``."""
+        ...
+
+    def map(self, task: str, keys: tuple[str, ...], pieces: Iterable[np.ndarray]) -> Iterator[np.ndarray]:
+        """What the ``task`` makes of each of the ``pieces``, in their order, with what is called ``keys`` at hand."""
+        ...
+
+
+class Crew:
+    """Has ``hands`` do the heavy parts of a bake of ``scene`` at ``points``; ``name`` tells it from all other bakes."""
+
+    def __init__(self, hands: Hands, name: str, scene: Scene, points: Points, settings: BakeSettings):
+        self._hands, self._points, self._numbers = hands, points, count()
+        self._scene = f"scene {name}"
+        self._given = {"scene": self._scene}
+        hands.give(self._scene, packed((scene, points, settings)))
+
+    def _give(self, what: str, *values) -> None:
+        """Give all the ``values`` of what is so called, in the place of those before."""
+        before = self._given.get(what)
+        self._given[what] = f"{what}:{next(self._numbers)}"
+        self._hands.give(self._given[what], packed(values))
+        if before is not None:
+            self._hands.drop(before)
+
+    def _map(self, task: str, pieces: Iterable[tuple], *needs: str) -> Iterator:
+        """What the ``task`` makes of ``pieces``, of which it ``needs`` to know what has been given beside the scene."""
+        keys = tuple(self._given[what] for what in ("scene", *needs) if what in self._given)
+        return map(unpacked, self._hands.map(task, keys, map(packed, pieces)))
+
+    def standpoints(self) -> Iterator[Standpoints]:
+        """Where the points can look around from, some at a time."""
+        pieces = ((rows.start, rows.stop) for rows in slices(len(self._points), POINTS_PER_CHUNK))
+        return self._map("stand", pieces)
+
+    def visible_discs(
+        self,
+        discs: TangentDiscs,
+        inward: np.ndarray | None = None,
+        every: int = 1,
+        facing: np.ndarray | None = None,
+    ) -> Iterator[VisibleDiscs]:
+        """As :func:`..estimator.visible_area.visible_discs`."""
+
+        def piece(rows: slice) -> tuple:
+            beside, up = (None if each is None else each[rows] for each in (inward, facing))
+            return discs.taken(rows), beside, every, up
+
+        return self._map("place", map(piece, slices(len(discs), POINTS_PER_CHUNK)))
+
+    def know_records(self, finder: RecordFinder) -> None:
+        """Let all know where the records are."""
+        self._give("records", finder.corner, finder.finest, finder.numbers, finder.cut)
+
+    def know_light(self, direct: np.ndarray, indirect: np.ndarray) -> None:
+        """Let all know the light at the records, as :meth:`.ReflectedLight.know` takes it."""
+        self._give("light", direct, indirect)
+
+    def cast(
+        self, light: DirectLight, groups: list[slice], begin: int, plan: tuple[np.ndarray, np.ndarray]
+    ) -> Iterator[None]:
+        """Cast the rays of the ``plan`` of all points of ``light``, from the round ``begin`` on, by ``groups``."""
+        pieces = ((light.piece(part, begin, plan),) for part in groups)
+        for part, brought in zip(groups, self._map("cast", pieces, "records", "light"), strict=True):
+            light.take(part, brought)
+            yield

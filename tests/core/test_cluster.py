@@ -1,0 +1,185 @@
+"""One bake over many workers: the same light, bit for bit, whoever casts its rays and whatever becomes of them."""
+
+import json
+import os
+import signal
+import sys
+import time
+import uuid
+
+import numpy as np
+import pytest
+from detp.core import AreaLight, BakeSettings, PointLight, Points, SpotLight, SunLight, UniformWorld
+from detp.core.bake import bake, baked
+from detp.core.cluster import bench, dask_hands
+from detp.core.cluster.crew import Crew
+from detp.core.cluster.own_hands import OwnHands
+from detp.core.cluster.packing import packed, unpacked
+from detp.core.errors import ClusterError
+from detp.core.stages import finished
+from rooms import box_quads, face_points, scene_of
+
+QUICK = BakeSettings(photons=6_000)
+
+
+def lamps():
+    spot = SpotLight((0.2, 0.2, 0.9), (0, 0, -1), (5, 5, 5), 1.0, 0.2, 0.05)
+    many = [PointLight((x, 0.7, 0.8), (1, 2, 1), 0.02) for x in np.linspace(0.1, 0.9, 33)]
+    return PointLight((0.5, 0.4, 0.6), (3, 2, 1)), spot, *many
+
+
+def room(lights=None, emission=0.0, **more):
+    """A room of six walls, with its points."""
+    quads = box_quads((1.0, 1.0, 1.0))
+    scene = scene_of(quads, 0.6, emission, lamps() if lights is None else lights, **more)
+    points, normals = face_points(quads, 10)
+    return scene, Points(0.97 * (points - 0.5) + 0.5, normals)
+
+
+def same(one, other):
+    for name in ("direct", "indirect", "seen"):
+        for part in ("value", "standard_error"):
+            assert np.array_equal(getattr(getattr(one, name), part), getattr(getattr(other, name), part))
+    return (one.photons, one.shadow_rays, one.radius) == (other.photons, other.shadow_rays, other.radius)
+
+
+@pytest.mark.parametrize(
+    ("lights", "settings"),
+    [
+        (None, QUICK),
+        ((SunLight((0.3, 0.2, -1), (3, 3, 2), 0.1), UniformWorld((0.5, 0.5, 1))), QUICK),
+        ((AreaLight((0.5, 0.5, 0.9), (0.3, 0, 0), (0, 0.3, 0), (5, 5, 5)),), BakeSettings(error=0.2, seed=3)),
+        (None, BakeSettings(photons=6_000, indirect="photons")),
+        (None, BakeSettings(photons=6_000, direct="none")),
+        (None, BakeSettings(photons=6_000, estimator="plain", radius=0.2)),
+    ],
+)
+def test_what_travels_is_all_that_it_takes(lights, settings):
+    scene, points = room(lights, emission=0.1, transmittance=0.0 if lights is None else 0.2)
+    hands = OwnHands()
+    crew = Crew(hands, uuid.uuid4().hex, scene, points, settings)
+    assert same(finished(bake(scene, points, settings, crew=crew)), baked(scene, points, settings))
+    assert hands.sent > 0
+
+
+def test_packed_values_come_back_as_they_were():
+    value = (None, True, 3, 0.1, "name", np.arange(6).reshape(2, 3), np.zeros((0, 3)), (np.float32([1.5]),), QUICK)
+    back = unpacked(packed(value))
+    assert back[:5] == value[:5] and back[-1] == QUICK
+    for one, other in zip(back[5:7], value[5:7], strict=True):
+        assert np.array_equal(one, other) and one.dtype == other.dtype and one.shape == other.shape
+    sun = SunLight((0.3, 0.2, -1), (3, 3, 2), 0.1)
+    assert np.array_equal(unpacked(packed(sun)).direction, sun.direction)
+
+
+@pytest.mark.parametrize("value", [print, np.array([print]), object(), {"a": 1}, b"code"])
+def test_nothing_but_arrays_numbers_and_names_travels(value):
+    with pytest.raises(ClusterError, match="cannot be sent"):
+        packed((value,))
+
+
+def test_bytes_that_are_no_part_of_a_bake_are_refused():
+    data = packed((np.arange(4.0),))
+    for tree in ('{"Popen": [["sh"]]}', '{"array": 7}', '{"array": 0, "Scene": []}', "[["):
+        text = json.dumps([("<f8", (4,), 0)])
+        made = np.frombuffer(np.array([len(tree), len(text)], "<i8").tobytes() + (tree + text).encode(), np.uint8)
+        with pytest.raises(ClusterError, match="no part of a bake"):
+            unpacked(made)
+    with pytest.raises(ClusterError, match="no part of a bake"):
+        unpacked(data[:40])
+
+
+def test_without_dask_a_sentence_says_how_to_get_it(monkeypatch):
+    monkeypatch.setitem(sys.modules, "dask", None)
+    with pytest.raises(ClusterError, match=r"pip install"), dask_hands.hands_at("local"):
+        pass
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    """Workers of one thread each, one at first."""
+    distributed = pytest.importorskip("distributed", reason='needs Dask: pip install "detp[cluster]"')
+    made = distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, memory_limit=0, dashboard_address=None, silence_logs=50
+    )
+    with made:
+        yield made
+
+
+def workers(hands):
+    return hands._client.run(os.getpid)
+
+
+def test_one_two_and_three_workers_give_the_light_of_none(cluster):
+    scene, points = room()
+    alone = baked(scene, points, QUICK)
+    for count in (1, 2, 3):
+        cluster.scale(count)
+        with dask_hands.hands_at(cluster.scheduler_address) as hands:
+            hands._client.wait_for_workers(count, 30)
+            crew = Crew(hands, uuid.uuid4().hex, scene, points, QUICK)
+            assert same(finished(bake(scene, points, QUICK, crew=crew)), alone)
+
+
+@pytest.mark.parametrize("lost", [1, 3])
+def test_workers_that_are_killed_cost_nothing_but_time(cluster, lost):
+    """Of three, one or all, in whose place others come, which have seen nothing of the scene."""
+    cluster.scale(3)
+    scene, points = room()
+    with dask_hands.hands_at(cluster.scheduler_address) as hands:
+        hands._client.wait_for_workers(3, 30)
+        left = list(workers(hands).values())[:lost]
+        steps = bake(scene, points, QUICK, crew=Crew(hands, uuid.uuid4().hex, scene, points, QUICK))
+        found = None
+        while found is None:
+            try:
+                progress = next(steps)
+            except StopIteration as end:
+                found = end.value
+            else:
+                if progress.phase == "Casting rays" and left:
+                    for process in left:
+                        os.kill(process, signal.SIGKILL)
+                    left = []
+    assert not left and same(found, baked(scene, points, QUICK))
+
+
+def test_a_bake_that_is_closed_leaves_the_workers_nothing_to_do(cluster):
+    scene, points = room()
+    with dask_hands.hands_at(cluster.scheduler_address) as hands:
+        steps = bake(scene, points, QUICK, crew=Crew(hands, uuid.uuid4().hex, scene, points, QUICK))
+        for progress in steps:
+            if progress.phase == "Casting rays":
+                break
+        steps.close()
+    for _ in range(50):
+        if not cluster.scheduler.tasks:
+            break
+        time.sleep(0.1)
+    assert not cluster.scheduler.tasks
+
+
+def test_workers_of_another_version_are_refused(cluster):
+    with dask_hands.hands_at(cluster.scheduler_address) as hands:
+        hands._code = "other"
+        with pytest.raises(ClusterError, match="another version"):
+            hands.check()
+    with pytest.raises(ClusterError, match="another version"):
+        bench.worked("stand", "other", ("scene",), packed((0, 1)), packed(()))
+
+
+def test_a_scheduler_that_does_not_answer_or_has_no_workers_is_named(cluster, monkeypatch):
+    monkeypatch.setattr(dask_hands, "CONNECT", 0.5)
+    with (
+        pytest.raises(ClusterError, match="No Dask scheduler answers at 'tcp://"),
+        dask_hands.hands_at("tcp://127.0.0.1:9"),
+    ):
+        pass
+    cluster.scale(0)
+    with (
+        pytest.raises(ClusterError, match="has no workers"),
+        dask_hands.hands_at(cluster.scheduler_address, wait=0.2) as hands,
+    ):
+        # Some may still be on their way out.
+        while True:
+            hands.check()

@@ -52,6 +52,7 @@ class BakeReport:
     high_error      the same for nine tenths of the points, beside the light that is usual where they are next to dark
     brightness      by what the light was multiplied, and how many colours are above 1
     lossy_faces     those that show light wrong between their vertices
+    light_groups    that were baked apart, none when all light was baked together
     modelled        features of the scene that were found and needed; ``left_out`` those that were not honoured
     warnings        one sentence each
     output          the file written, or None inside Blender
@@ -75,6 +76,7 @@ class BakeReport:
     high_error: float = math.nan
     brightness: Brightness = field(default_factory=Brightness)
     lossy_faces: LossyFaces = field(default_factory=LossyFaces)
+    light_groups: tuple[str, ...] = ()
     modelled: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
@@ -118,6 +120,8 @@ class BakeReport:
     def details(self) -> list[str]:
         """Lines for people after the headline: what was modelled, what was left out, what to look at."""
         lines = []
+        if self.light_groups:
+            lines.append("Light groups: " + ", ".join(self.light_groups) + ".")
         if self.modelled:
             lines.append("Modelled: " + ", ".join(self.modelled) + ".")
         if self.left_out:

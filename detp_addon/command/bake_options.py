@@ -91,6 +91,11 @@ def _add_what(bake: argparse.ArgumentParser) -> None:
         help="write direct and indirect light also apart, as <attribute>_direct and <attribute>_indirect",
     )  # fmt: skip
     bake.add_argument(
+        "--by-light", action="store_true",
+        help="write the light of each light group (without any, of each lamp) also apart, as <attribute>:<group>, for "
+        "detp mix and the panel's mixer",
+    )  # fmt: skip
+    bake.add_argument(
         "--activate", choices=("on", "off"), default="on",
         help="make the colours those that viewport and renders show; off: these stay as they are (default: on)",
     )  # fmt: skip

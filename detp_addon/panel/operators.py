@@ -15,6 +15,7 @@ from ..writing.live_colours import LiveColours
 from . import session
 from .forecasts import forecast_of, remember
 from .idle import Idle
+from .mixer import follow_mixture
 from .properties import BakeOptions, bake_request, option_names, scene_options
 from .show_light import show_while
 
@@ -120,6 +121,7 @@ class DETP_OT_bake(Idle, BakeOptions, bpy.types.Operator):
     def _ended(self, context, bake: session.BakeSession) -> set[str]:
         outcome = bake.outcome
         if outcome.status == session.DONE:
+            follow_mixture(context.scene)
             if not bake.stopped:
                 remember(context.scene, context.view_layer, self._request, outcome.report.seconds["total"])
         elif self._live:

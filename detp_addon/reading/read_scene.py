@@ -18,7 +18,7 @@ from ...core.scene import Scene
 from .face_places import PlacedFaces, placed_faces
 from .findings import Findings
 from .joined_rows import batches, numbered, starts_of
-from .placed_triangles import placed_triangles
+from .placed_triangles import PlacedTriangles, placed_triangles
 from .read_instances import RenderedObjects, TargetPoints, read_instances
 from .read_shaders import DEFAULT_ALBEDO
 from .read_specular import specular_table
@@ -51,6 +51,23 @@ class BakeTarget:
 
 
 @dataclass(frozen=True)
+class LightOrigins:
+    """Whose the light of a scene is.
+
+    lights    (object, light group) by name of each of the scene's lights; the world has the name WORLD
+    groups    the names of light groups of objects, and emission (T,): the row there of each triangle's
+    """
+
+    lights: tuple[tuple[str | None, str], ...]
+    groups: tuple[str, ...]
+    emission: np.ndarray
+
+
+#: what stands for the world among the names of objects
+WORLD = None
+
+
+@dataclass(frozen=True)
 class ExportedScene:
     """What was read: the core's scene, what to bake, and what a person should know.
 
@@ -61,6 +78,7 @@ class ExportedScene:
                point is that of some corners
     covered    (N,) whether another face lies against that of the point (see settled_corners.py)
     modelled   features that were found and are honoured; left_out: those that are not; warnings: one sentence each
+    origins    whose the light is
     objects    mesh objects and instances in the scene; triangles; lights: lamps, the world, and objects that shine
     """
 
@@ -75,6 +93,7 @@ class ExportedScene:
     modelled: tuple[str, ...]
     left_out: tuple[str, ...]
     warnings: tuple[str, ...]
+    origins: LightOrigins
     objects: int
     triangles: int
     lights: int
@@ -106,7 +125,8 @@ def read_scene(
     wanted = None if targets is None else _bakeable(targets, findings)
     visit = partial(read_instances, wanted=wanted, findings=findings, written=written)
     read = view_as_render(context_scene, view_layer, visit)
-    scene = _scene(read, _world_light(read, context_scene, view_layer, findings), findings)
+    placed = placed_triangles(read.surfaces, read.placements)
+    scene = _scene(read, placed, _world_light(read, context_scene, view_layer, findings), findings)
     baked, points, shown = _targets(read, scene, domain, fit)
     if targets is not None:
         _name_missing(wanted, {target.object_name for target in baked}, findings)
@@ -119,9 +139,17 @@ def read_scene(
     modelled, left_out, warnings = findings.sentences()
     return ExportedScene(
         scene, baked, points.centres, points.normals, points.facing, points.inward, points.covered, shown,
-        modelled, left_out, warnings,
+        modelled, left_out, warnings, _origins(read, placed, scene),
         objects=len(read.placements), triangles=len(scene.triangles), lights=len(scene.lights) + _shining(read),
     )  # fmt: skip
+
+
+def _origins(read: RenderedObjects, placed: PlacedTriangles, scene: Scene) -> LightOrigins:
+    """Whose the lights of ``scene`` are, which has the lamps first."""
+    world = (WORLD, read.world.lightgroup if read.world is not None else "")
+    lights = (*read.lamps, *[world] * (len(scene.lights) - len(read.lamps)))
+    names, rows = np.unique([each.lightgroup for each in read.placements], return_inverse=True)
+    return LightOrigins(lights, tuple(names.tolist()), rows[placed.placement])
 
 
 def _shining(read: RenderedObjects) -> int:
@@ -160,9 +188,9 @@ def _world_light(read: RenderedObjects, context_scene, view_layer, findings: Fin
     return [*suns, EnvironmentWorld(picture)]
 
 
-def _scene(read: RenderedObjects, world: list[Light], findings: Findings) -> Scene:
+def _scene(read: RenderedObjects, placed: PlacedTriangles, world: list[Light], findings: Findings) -> Scene:
     """Everything in world space, without the triangles that have no area there."""
-    placed, optics = placed_triangles(read.surfaces, read.placements), read.optics
+    optics = read.optics
     diffuse, shadow = (
         np.array([getattr(placement, rays) for placement in read.placements], bool)[placed.placement, None]
         for rays in ("diffuse", "shadow")

@@ -109,6 +109,23 @@ def light_of(mesh: bpy.types.Mesh, name: str) -> dict:
     return PLAIN_LIGHT | (found if isinstance(found, dict) else {})
 
 
+def group_mark(name: str, gain: Sequence[float] = (1.0, 1.0, 1.0)) -> dict:
+    """What is noted of the layer of a light group: its name, and the RGB by which the whole has it multiplied."""
+    return {"name": name, "gain": [float(channel) for channel in gain]}
+
+
+def groups_of(mesh: bpy.types.Mesh, name: str) -> dict[str, dict]:
+    """The layers of light groups that the light in the layer of that ``name`` is mixed of, and the mark of each."""
+    return light_of(mesh, name).get("groups", {}) if holds_light(mesh, name) else {}
+
+
+def note_mixture(mesh: bpy.types.Mesh, name: str, groups: dict[str, dict]) -> None:
+    """Note that the layer of that ``name`` now holds this mixture of ``groups``."""
+    mark = _mark(mesh)
+    mark["layers"][name], mark["light"][name]["groups"] = _checksum(mesh.attributes[name]), groups
+    mesh[MARK] = mark
+
+
 def holds_light(mesh: bpy.types.Mesh, name: str) -> bool:
     """Whether a bake that left its mark has written the colour layer of that name."""
     marked = name in mesh.color_attributes and name in _mark(mesh)["layers"]

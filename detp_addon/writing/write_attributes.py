@@ -26,6 +26,7 @@ LONGEST_NAME = 63
 class MeshColours:
     """What to write on one mesh object: for each attribute's name its rgb (M, 3), one row per element of the domain.
 
+    groups what the layers of light groups hold, as group_mark says it; the first of all layers is their mixture
     light  what the rgb mean, as baked_layers.PLAIN_LIGHT
     type   of the attributes; into bytes Blender itself encodes linear colours as sRGB
     look   rgb (M, 3) for a layer of bytes beside the first that the viewport shows in its place, and look_scale, by
@@ -34,6 +35,7 @@ class MeshColours:
 
     object: bpy.types.Object
     layers: dict[str, np.ndarray]
+    groups: dict[str, dict] = field(default_factory=dict)
     light: dict = field(default_factory=dict)
     type: str = "FLOAT_COLOR"
     look: np.ndarray | None = None
@@ -135,6 +137,8 @@ def write_layers(entry: MeshColours, domain: str, shown: str | None, undo: ExitS
     for name, rgb in entry.layers.items():
         _write(entry.object, name, rgb, (entry.type, domain), undo)
     light = dict.fromkeys(entry.layers, entry.light)
+    if entry.groups:
+        light[next(iter(light))] = entry.light | {"groups": entry.groups}
     if look:
         _write(entry.object, look, entry.look, ("BYTE_COLOR", domain), undo)
         light[look] = {"quantity": LOOK, "scale": entry.look_scale}

@@ -23,6 +23,7 @@ from ..core.points import Points
 from ..core.result import BakeResult, Progress
 from ..core.scene import Scene
 from ..core.settings import BakeSettings
+from .animation.playback import hidden_by_playback
 from .causes import why_no_light, why_nothing_to_bake
 from .chosen_objects import chosen_objects
 from .chosen_views import not_baked
@@ -81,47 +82,21 @@ def _steps(
 
     yield JobProgress("Writing the colours", 1.0)
     writing = time.perf_counter()
-    result, targets, points = found.whole, found.targets, found.points
     values, colours, gone = found.colours(request)
-    lossy = lossy_faces(found.export, points, values, result)
-    surfaces = found.export.scene
-    turned = dark_in_front(targets, surfaces, points, result) if request.quantity != "ambient-occlusion" else []
+    report = found.report(scene, request, values, start)
     stored, brightness = encoded(colours, request.encoding, request.quantity, found.scales[0])
     notes = write_colours(stored, request.domain, request.attribute if request.activate else None)
-    notes += refresh_materials([entry.object for entry in stored], request.attribute)
+    objects = [entry.object for entry in stored]
+    notes += refresh_materials(objects, request.attribute) + hidden_by_playback(objects, request.attribute)
     end = time.perf_counter()
-    doubts = doubts_of(result, request.settings, found.stopped, scene, surfaces)
-    return BakeReport(
-        scene=names[0],
+    return replace(
+        report,
         objects=len(colours),
-        points=len(values.known),
-        filled=sum(int((known_rows(target, values.known) < 0).sum()) for target in targets),
-        triangles=len(surfaces.triangles),
-        lights=found.export.lights,
-        photons=result.photons,
-        shadow_rays=result.shadow_rays,
-        segments=result.segments,
-        radius=result.radius,
-        gatherer=result.gatherer,
-        gatherer_reason=result.reason,
-        seconds={
-            "export": found.exported - start,
-            "shadow": result.seconds["shadow"],
-            "trace": result.seconds["radius"] + result.seconds["trace"],
-            "gather": result.seconds["place"] + result.seconds["gather"],
-            "write": end - writing,
-            "total": end - start,
-        },
-        relative_error=result.relative_error,
-        high_error=result.high_error,
+        seconds=report.seconds | {"write": end - writing, "total": end - start},
         brightness=brightness,
-        lossy_faces=lossy,
-        light_groups=tuple(group.name for group in found.groups),
-        modelled=tuple(found.export.modelled),
-        left_out=tuple(found.export.left_out),
         blender_scene=names[0],
         view_layer=names[1],
-        warnings=(*others, *found.export.warnings, *found.refusals, *gone, *notes, *doubts, *turned),
+        warnings=(*others, *found.export.warnings, *found.refusals, *gone, *notes, *report.warnings),
     )
 
 
@@ -157,6 +132,40 @@ class FoundLight:
         values, groups = reduce(add, parts), list(zip(self.groups, parts, strict=False))
         return values, *colours_of(self.targets, values, request, self.scales[1], groups)
 
+    def report(self, scene: bpy.types.Scene, request: BakeRequest, values: Values, start: float) -> BakeReport:
+        """What was found, in a job that began at ``start``, before anything is written; its warnings are doubts."""
+        result, surfaces = self.whole, self.export.scene
+        doubts = doubts_of(result, request.settings, self.stopped, scene, surfaces)
+        if request.quantity != "ambient-occlusion":
+            doubts += dark_in_front(self.targets, surfaces, self.points, result)
+        return BakeReport(
+            scene=scene.name,
+            objects=len(self.targets),
+            points=len(values.known),
+            filled=sum(int((known_rows(target, values.known) < 0).sum()) for target in self.targets),
+            triangles=len(surfaces.triangles),
+            lights=self.export.lights,
+            photons=result.photons,
+            shadow_rays=result.shadow_rays,
+            segments=result.segments,
+            radius=result.radius,
+            gatherer=result.gatherer,
+            gatherer_reason=result.reason,
+            seconds={
+                "export": self.exported - start,
+                "shadow": result.seconds["shadow"],
+                "trace": result.seconds["radius"] + result.seconds["trace"],
+                "gather": result.seconds["place"] + result.seconds["gather"],
+            },
+            relative_error=result.relative_error,
+            high_error=result.high_error,
+            lossy_faces=lossy_faces(self.export, self.points, values, result),
+            light_groups=tuple(group.name for group in self.groups),
+            modelled=tuple(self.export.modelled),
+            left_out=tuple(self.export.left_out),
+            warnings=tuple(doubts),
+        )
+
 
 def found_light(
     scene: bpy.types.Scene,
@@ -164,12 +173,16 @@ def found_light(
     request: BakeRequest,
     live: LiveColours | None,
     start: float,
+    frame: int | None = None,
 ) -> Generator[JobProgress, bool | None, FoundLight]:
-    """Read the scene and find its light, in a job that began at ``start``; the rest is as for :func:`bake_scene`."""
+    """Read the scene at a ``frame`` (None for now) and find its light, in a job that began at ``start``.
+
+    The rest is as for :func:`bake_scene`.
+    """
     yield JobProgress("Reading the scene", 0.0)
     chosen = chosen_objects(scene, view_layer, request.targets)
     try:
-        export = read_scene(scene, view_layer, chosen, request.domain, request.attributes, request.fit)
+        export = read_scene(scene, view_layer, chosen, request.domain, request.attributes, request.fit, frame)
     except NoMeshError as error:
         raise NoMeshError(why_nothing_to_bake(scene, chosen) or str(error)) from None
     groups, notes = light_groups(view_layer, export, request.attribute) if request.by_light else ([], [])

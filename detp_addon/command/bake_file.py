@@ -125,7 +125,7 @@ def _bake(
             divided = _subdivided(scene, layer, asked, options["subdivide"], title, display)
             spent += time.perf_counter() - begin
             steps = bake_scene(scene, layer, asked, spent=spent, scenes_too=[scene for scene, _ in views])
-            report = _finished(steps, title, display)
+            report = finished_bake(steps, title, display)
             if divided is not None:
                 report = replace(report, warnings=(*report.warnings, division_note(*divided, report.lossy_faces.whole)))
             reports[scene, layer] = report
@@ -203,7 +203,7 @@ def _subdivided(
     )
     faces, objects, before = 0, 0, None
     for _ in range(times):
-        report = _finished(bake_scene(scene, layer, rough), f"{title}, rough", display)
+        report = finished_bake(bake_scene(scene, layer, rough), f"{title}, rough", display)
         if len(report.lossy_faces.faces) == 0:
             break
         with blender_silenced():
@@ -213,7 +213,7 @@ def _subdivided(
     return None if before is None else (faces, objects, before)
 
 
-def _finished(steps: Generator, title: str, display: Display) -> BakeReport:
+def finished_bake(steps: Generator, title: str, display: Display) -> BakeReport:
     """Take all the steps of a bake and return what it returns."""
     with closing(steps):
         while True:

@@ -39,6 +39,7 @@ class BakeTarget:
     domain      CORNER or POINT; E is the number of those elements of the mesh before modifiers, C that of its corners
     point_rows  (C,) the estimation point of each face corner, or the value that it shows, -1 for none
     albedo      (E, 3) and emission (E, 3) in W/(m^2 sr) of the surface there
+    rendered    vertices and triangles that a render shows
     """
 
     object_name: str
@@ -48,6 +49,7 @@ class BakeTarget:
     point_rows: np.ndarray
     albedo: np.ndarray
     emission: np.ndarray
+    rendered: tuple[int, int] = (0, 0)
 
 
 @dataclass(frozen=True)
@@ -111,8 +113,9 @@ def read_scene(
     domain: str,
     written: Sequence[str] = (),
     fit: str = "vertices",
+    frame: int | None = None,
 ) -> ExportedScene:
-    """Read ``context_scene`` as a render of ``view_layer`` sees it now.
+    """Read ``context_scene`` as a render of ``view_layer`` sees it at a ``frame``, None for now.
 
     ``targets`` are the objects to bake, None for every mesh object that the render shows; ``domain`` is CORNER or
     POINT; ``fit`` says where the points are, one of FITS. The colours of the attributes ``written`` and of earlier
@@ -124,9 +127,10 @@ def read_scene(
     findings = Findings()
     wanted = None if targets is None else _bakeable(targets, findings)
     visit = partial(read_instances, wanted=wanted, findings=findings, written=written)
-    read = view_as_render(context_scene, view_layer, visit)
+    read = view_as_render(context_scene, view_layer, visit, frame)
     placed = placed_triangles(read.surfaces, read.placements)
-    scene = _scene(read, placed, _world_light(read, context_scene, view_layer, findings), findings)
+    world = _world_light(read, context_scene.frame_current if frame is None else frame, findings)
+    scene = _scene(read, placed, world, findings)
     baked, points, shown = _targets(read, scene, domain, fit)
     if targets is not None:
         _name_missing(wanted, {target.object_name for target in baked}, findings)
@@ -171,14 +175,14 @@ def _name_missing(wanted: set[bpy.types.Object], baked: set[str], findings: Find
             findings.warn("there is no light to bake on {}, of which a render shows no face", "object", name)
 
 
-def _world_light(read: RenderedObjects, context_scene, view_layer, findings: Findings) -> list[Light]:
-    """The world as a light, none when it is black."""
+def _world_light(read: RenderedObjects, frame: int, findings: Findings) -> list[Light]:
+    """The world at a ``frame`` as a light, none when it is black."""
     if read.radiance is not None:
         if not read.radiance.any():
             return []
         findings.modelled("a world of one colour")
         return [UniformWorld(read.radiance)]
-    picture, suns = world_lights(read.world, context_scene.frame_current, findings.left_out)
+    picture, suns = world_lights(read.world, frame, findings.left_out)
     for sun in suns:
         findings.modelled(f"a sun of the world, {np.degrees(sun.angle):.2g} degrees wide, as a light of its own")
     if not picture.any():
@@ -240,7 +244,9 @@ def _targets(
             _element_means(parts, first, emission, 0.0, domain),
         )
         for target, rows, *values in zip(parts, settled.rows[some], *means, strict=True):
-            targets.append(BakeTarget(target.object_name, target.library, target.mesh_name, domain, rows, *values))
+            surface, names = read.surfaces[target.surface], (target.object_name, target.library, target.mesh_name)
+            rendered = len(surface.vertices), len(surface.triangles)
+            targets.append(BakeTarget(*names, domain, rows, *values, rendered))
     return tuple(targets), settled, shown
 
 

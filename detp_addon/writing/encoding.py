@@ -11,6 +11,7 @@ import bpy
 import numpy as np
 
 from ...core.errors import InvalidSettingError, NotBakedError
+from ..animation.playback import played_frames
 from ..report import Brightness
 from .baked_layers import holds_light, light_of, parts_of, stored_colours
 from .write_attributes import MeshColours, write_layers
@@ -103,7 +104,8 @@ def fit_stored(objects: Iterable[bpy.types.Object], attribute: str) -> Brightnes
     entries = []
     for mesh, obj in {obj.data: obj for obj in objects if obj.type == "MESH"}.items():
         layer = mesh.attributes.get(attribute)
-        if mesh.library is None and holds_light(mesh, attribute) and layer.data_type == "FLOAT_COLOR":
+        plays = played_frames(mesh, attribute) is not None  # whose other frames would stay as they are
+        if mesh.library is None and holds_light(mesh, attribute) and layer.data_type == "FLOAT_COLOR" and not plays:
             light = light_of(mesh, attribute)
             groups = light.get("groups", {})
             names = attribute, *parts_of(attribute), *groups
@@ -115,7 +117,7 @@ def fit_stored(objects: Iterable[bpy.types.Object], attribute: str) -> Brightnes
             entries.append((MeshColours(obj, layers, groups), light["quantity"], layer.domain))
     if not entries:
         raise NotBakedError(
-            f"No mesh has light as floats in '{attribute}', whose exposure could be changed: bake again with another."
+            f"No mesh has still light as floats in '{attribute}', whose exposure could be changed: bake with another."
         )
     scale = fitted_scale([entry.layers[attribute] for entry, _, _ in entries])
     above = count = 0

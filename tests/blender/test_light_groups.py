@@ -1,4 +1,4 @@
-"""Light by its groups: what they are, that they add up, that each is what a bake without the others gives, and mixing."""
+"""Light by its groups: what they are, that they add up, that each is what a bake of it alone gives, and mixing."""
 
 import bpy
 import numpy as np
@@ -69,7 +69,7 @@ class TestGroups:
         assert ("inner", "Fill") in read().origins.lights
 
     def test_without_light_groups_each_lamp_is_one(self, scene):
-        for group in list(bpy.context.view_layer.lightgroups):
+        for _ in list(bpy.context.view_layer.lightgroups):
             bpy.context.view_layer.active_lightgroup_index = 0
             bpy.ops.scene.view_layer_remove_lightgroup()
         world((0.1, 0.1, 0.1))

@@ -141,13 +141,14 @@ def _steps(
     if request.encoding.exposure is None and kept.scale is None:
         kept.scale = fitted_scale([rgb for entry in entries for rgb in moved.get(entry.object, [_first(entry)])])
     stored, brightness = encoded(entries, request.encoding, request.quantity, kept.scale)
-    played = {obj: _stored(rgb, brightness.scale, stored[0].light) for obj, rgb in moved.items()}
+    for rgb in moved.values():
+        np.minimum(rgb * np.float32(brightness.scale), stored[0].light.get("limit", np.inf), out=rgb)
     kind = request.encoding.type, request.domain
     notes = write_colours(
         stored,
         request.domain,
         request.attribute if request.activate else None,
-        lambda undo: write_playback(played, request.attribute, frames, kind, undo),
+        lambda undo: write_playback(moved, request.attribute, frames, kind, undo),
     )
     objects = [entry.object for entry in stored]
     remove_playback([obj for obj in objects if obj not in moved], request.attribute)
@@ -199,7 +200,8 @@ def _entries(kept: _Kept, still: set[Key]) -> tuple[list[MeshColours], dict[bpy.
     Where an object was not there, it has the light of the frame before, or of the first in which it was.
     """
     entries, moved, objects = [], {}, objects_by_name()
-    for key, frames in kept.colours.items():
+    for key in list(kept.colours):
+        frames = kept.colours.pop(key)  # all frames of all objects are much
         obj, known = objects.get(key), [rgb for rgb in frames if rgb is not None]
         if obj is None or any(len(rgb) != len(known[0]) for rgb in known):
             kept.warnings[f"'{key[0]}' was changed during the bake, so its colours were not written."] = None
@@ -219,11 +221,6 @@ def _entries(kept: _Kept, still: set[Key]) -> tuple[list[MeshColours], dict[bpy.
 
 def _first(entry: MeshColours) -> np.ndarray:
     return next(iter(entry.layers.values()))
-
-
-def _stored(rgb: np.ndarray, scale: float, light: dict) -> np.ndarray:
-    """The rgb (K, M, 3) of key frames, as the layer that they play in holds them."""
-    return np.minimum(rgb * np.float32(scale), np.float32(light.get("limit", np.inf)))
 
 
 def _key(obj: bpy.types.Object) -> Key:

@@ -244,3 +244,10 @@ def test_materials_and_skies_are_those_of_the_frame(scene):
     first, last = (read_scene(scene, bpy.context.view_layer, None, "CORNER", frame=frame).scene for frame in (1, 6))
     assert np.allclose(last.emission, 3.0 * first.emission) and first.emission.any()
     assert np.allclose(last.lights[-1].flux(last.bounds), 2.0 * first.lights[-1].flux(first.bounds), rtol=1e-3)
+
+
+def test_a_scene_that_is_not_the_active_one_is_read_at_its_own_frame(scene):
+    other = scene.copy()
+    other.frame_current = 6
+    export = read_scene(other, other.view_layers[0], None, "CORNER")
+    assert export.scene.lights[0].flux(None).sum() == pytest.approx(3 * 30.0)

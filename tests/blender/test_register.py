@@ -1,11 +1,12 @@
 import bpy
 import pytest
 from detp import detp_addon
-from detp.detp_addon.panel import mixer, operators, panel, properties, result_panel, show_light, use_light
+from detp.detp_addon.panel import animation, mixer, operators, panel, properties, result_panel, show_light, use_light
 
-OPERATORS = (*operators.CLASSES, *show_light.CLASSES, *use_light.CLASSES)
-GROUPS = (properties.DETP_PG_settings, mixer.DETP_PG_mixture, mixer.DETP_PG_light)
-CLASSES = (*OPERATORS, *panel.CLASSES, *mixer.CLASSES, *result_panel.CLASSES, *GROUPS)
+PARTS = (operators, show_light, use_light, panel, animation, mixer, result_panel)
+GROUPS = (properties.DETP_PG_settings, animation.DETP_PG_animation, mixer.DETP_PG_mixture, mixer.DETP_PG_light)
+CLASSES = (*(cls for part in PARTS for cls in part.CLASSES), *GROUPS)
+OPERATORS = [cls for cls in CLASSES if issubclass(cls, bpy.types.Operator)]
 
 
 def registered() -> list[type]:

@@ -83,7 +83,7 @@ def _steps(
     yield JobProgress("Writing the colours", 1.0)
     writing = time.perf_counter()
     values, colours, gone = found.colours(request)
-    report = found.report(scene, request, values, start)
+    report, doubts = found.report(scene, values, start), found.doubts(scene, request)
     stored, brightness = encoded(colours, request.encoding, request.quantity, found.scales[0])
     notes = write_colours(stored, request.domain, request.attribute if request.activate else None)
     objects = [entry.object for entry in stored]
@@ -96,7 +96,7 @@ def _steps(
         brightness=brightness,
         blender_scene=names[0],
         view_layer=names[1],
-        warnings=(*others, *found.export.warnings, *found.refusals, *gone, *notes, *report.warnings),
+        warnings=(*others, *found.export.warnings, *found.refusals, *gone, *notes, *doubts),
     )
 
 
@@ -132,12 +132,16 @@ class FoundLight:
         values, groups = reduce(add, parts), list(zip(self.groups, parts, strict=False))
         return values, *colours_of(self.targets, values, request, self.scales[1], groups)
 
-    def report(self, scene: bpy.types.Scene, request: BakeRequest, values: Values, start: float) -> BakeReport:
-        """What was found, in a job that began at ``start``, before anything is written; its warnings are doubts."""
-        result, surfaces = self.whole, self.export.scene
-        doubts = doubts_of(result, request.settings, self.stopped, scene, surfaces)
+    def doubts(self, scene: bpy.types.Scene, request: BakeRequest) -> list[str]:
+        """What in the light itself a user should know."""
+        doubts = doubts_of(self.whole, request.settings, self.stopped, scene, self.export.scene)
         if request.quantity != "ambient-occlusion":
-            doubts += dark_in_front(self.targets, surfaces, self.points, result)
+            doubts += dark_in_front(self.targets, self.export.scene, self.points, self.whole)
+        return doubts
+
+    def report(self, scene: bpy.types.Scene, values: Values, start: float) -> BakeReport:
+        """What was found, in a job that began at ``start``, before anything is written or doubted."""
+        result, surfaces = self.whole, self.export.scene
         return BakeReport(
             scene=scene.name,
             objects=len(self.targets),
@@ -163,7 +167,6 @@ class FoundLight:
             light_groups=tuple(group.name for group in self.groups),
             modelled=tuple(self.export.modelled),
             left_out=tuple(self.export.left_out),
-            warnings=tuple(doubts),
         )
 
 

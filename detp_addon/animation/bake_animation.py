@@ -118,10 +118,9 @@ def _steps(
             kept.skip()  # what moves may be hidden for a while
             continue
         values, colours, gone = found.colours(asked)
-        doubts = found.report(scene, asked, values, begin)
-        report = report or doubts
-        kept.take(found, colours, (*gone, *doubts.warnings))
-        kept.error = np.fmax(kept.error, doubts.relative_error)
+        report = report or found.report(scene, values, begin)
+        kept.take(found, colours, (*gone, *found.doubts(scene, asked)))
+        kept.error = np.fmax(kept.error, found.whole.relative_error)
         if moving_only and asked is request:
             moving = _moving(scene, view_layer, request)
             still = {key for key in kept.colours if key[0] not in moving}

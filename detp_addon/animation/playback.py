@@ -105,8 +105,9 @@ def remove_playback(objects: Iterable[bpy.types.Object], attribute: str) -> int:
         if modifier is not None:
             obj.modifiers.remove(modifier)
         _remove_keys(obj.data, attribute, 0)
-        left = {name: value for name, value in obj.data[MARK].to_dict().items() if name != attribute}
-        _put_mark(obj.data, left or None)
+        if MARK in obj.data:  # objects may share a mesh
+            left = {name: value for name, value in obj.data[MARK].to_dict().items() if name != attribute}
+            _put_mark(obj.data, left or None)
         obj.data.update_tag()
     _remove_unused_groups()
     return len(chosen)

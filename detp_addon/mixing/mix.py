@@ -11,7 +11,7 @@ import numpy as np
 
 from ...core.errors import EditModeError, InvalidSettingError, LightGroupNotFoundError, NotBakedError
 from ..materials.mesh_layers import drop_looks
-from ..writing.baked_layers import group_mark, groups_of, light_of, note_mixture, stored_colours
+from ..writing.baked_layers import MARK, groups_of, note_mixture, stored_colours
 
 #: by group, the RGB by which its light is multiplied
 Gains = dict[str, tuple[float, float, float]]
@@ -19,18 +19,12 @@ Gains = dict[str, tuple[float, float, float]]
 
 def gains_of(objects: Iterable[bpy.types.Object], attribute: str) -> Gains:
     """What the light in ``attribute`` is mixed of, and how; empty when it was not baked by light."""
-    found: Gains = {}
-    for obj in mixed_objects(objects, attribute):
-        for mark in groups_of(obj.data, attribute).values():
-            found.setdefault(mark["name"], tuple(mark["gain"]))
-    return found
+    return _gains(groups for _, groups in _mixtures(objects, attribute))
 
 
-def mixed_objects(objects: Iterable[bpy.types.Object], attribute: str) -> Iterator[bpy.types.Object]:
-    """Those of the ``objects`` whose light in ``attribute`` is a mixture of groups that can be changed here."""
-    for obj in objects:
-        if obj.type == "MESH" and not obj.data.library and groups_of(obj.data, attribute):
-            yield obj
+def has_mixture(objects: Iterable[bpy.types.Object], attribute: str) -> bool:
+    """Whether the light in ``attribute`` of any of the ``objects`` is a mixture of groups."""
+    return any(True for _ in _mixtures(objects, attribute))
 
 
 def mix(objects: Iterable[bpy.types.Object], attribute: str, gains: Gains) -> Gains:
@@ -39,19 +33,38 @@ def mix(objects: Iterable[bpy.types.Object], attribute: str, gains: Gains) -> Ga
     Raises NotBakedError when there is nothing to mix or a layer is missing, LightGroupNotFoundError, EditModeError, and
     InvalidSettingError on gains that are negative or not finite. Nothing has then been changed.
     """
-    chosen = list(mixed_objects(objects, attribute))
-    if not chosen:
+    mixtures = list(_mixtures(objects, attribute))
+    if not mixtures:
         raise NotBakedError(f"No mesh has light by groups in '{attribute}': bake it by light first.")
-    _check(chosen, attribute, gains)
-    for mesh in dict.fromkeys(obj.data for obj in chosen):
-        _mix(mesh, attribute, gains)
+    known = _gains(groups for _, groups in mixtures)
+    _check_gains(gains, known, attribute)
+    _check_layers(mixtures)
+    for mesh, groups in {obj.data: groups for obj, groups in mixtures}.items():
+        _mix(mesh, attribute, groups, gains)
     # What surfaces look like in light that is no more is of no use.
-    drop_looks(chosen, attribute)
-    return gains_of(chosen, attribute)
+    drop_looks([obj for obj, _ in mixtures], attribute)
+    return known | gains
 
 
-def _check(objects: list[bpy.types.Object], attribute: str, gains: Gains) -> None:
-    known = gains_of(objects, attribute)
+def _mixtures(
+    objects: Iterable[bpy.types.Object], attribute: str
+) -> Iterator[tuple[bpy.types.Object, dict[str, dict]]]:
+    """Those of the ``objects`` whose light is a mixture that can be changed here, and the marks of its layers."""
+    for obj in objects:
+        groups = groups_of(obj.data, attribute) if obj.type == "MESH" and not obj.data.library else {}
+        if groups:
+            yield obj, groups
+
+
+def _gains(mixtures: Iterable[dict[str, dict]]) -> Gains:
+    found: Gains = {}
+    for groups in mixtures:
+        for mark in groups.values():
+            found.setdefault(mark["name"], tuple(mark["gain"]))
+    return found
+
+
+def _check_gains(gains: Gains, known: Gains, attribute: str) -> None:
     for name, gain in gains.items():
         if name not in known:
             close = difflib.get_close_matches(name, known) or list(known)[:3]
@@ -59,23 +72,26 @@ def _check(objects: list[bpy.types.Object], attribute: str, gains: Gains) -> Non
             raise LightGroupNotFoundError(f"No light group '{name}' is in '{attribute}': did you mean {there}?")
         if not all(math.isfinite(channel) and channel >= 0 for channel in gain):
             raise InvalidSettingError(f"Light of '{name}' cannot be multiplied by {gain}: choose 0 or more.")
-    for obj in objects:
+
+
+def _check_layers(mixtures: list[tuple[bpy.types.Object, dict[str, dict]]]) -> None:
+    for obj, groups in mixtures:
         if obj.data.is_editmode:
             raise EditModeError(f"'{obj.name}' is open in Edit Mode, where no light can be mixed: leave it first.")
-        missing = [name for name in groups_of(obj.data, attribute) if name not in obj.data.color_attributes]
+        missing = [name for name in groups if name not in obj.data.attributes]
         if missing:
             raise NotBakedError(f"'{obj.name}' has lost the layer '{missing[0]}': bake by light again.")
 
 
-def _mix(mesh: bpy.types.Mesh, attribute: str, gains: Gains) -> None:
-    groups, layer = groups_of(mesh, attribute), mesh.attributes[attribute]
+def _mix(mesh: bpy.types.Mesh, attribute: str, groups: dict[str, dict], gains: Gains) -> None:
+    layer = mesh.attributes[attribute]
     mixed = stored_colours(layer)  # whose alpha stays
     mixed[:, :3] = 0.0
     for name, mark in groups.items():
-        mark["gain"] = list(gains.get(mark["name"], mark["gain"]))
+        mark["gain"] = [float(channel) for channel in gains.get(mark["name"], mark["gain"])]
         if any(mark["gain"]):
             mixed += stored_colours(mesh.attributes[name]) * np.array([*mark["gain"], 0.0], np.float32)
-    np.minimum(mixed[:, :3], light_of(mesh, attribute).get("limit", np.inf), out=mixed[:, :3])
+    np.minimum(mixed[:, :3], mesh[MARK]["light"][attribute].get("limit", np.inf), out=mixed[:, :3])
     layer.data.foreach_set("color", mixed.ravel())
-    note_mixture(mesh, attribute, {name: group_mark(**mark) for name, mark in groups.items()})
+    note_mixture(mesh, attribute, groups)
     mesh.update_tag()

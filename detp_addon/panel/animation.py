@@ -37,8 +37,8 @@ class FrameOptions:
     )
     moving_only: BoolProperty(
         name="Moving Only",
-        description="Bake objects that do not move once, at the first frame. Faster and smaller, but they show no "
-        "shadow or light of those that move",
+        description="Bake objects that do not move once, at the first frame. Smaller, and much faster where most "
+        "stands still, but they show no shadow or light of those that move",
         default=False,
         options={"SKIP_SAVE"},
     )

@@ -5,7 +5,7 @@ import numpy as np
 from bpy.props import CollectionProperty, FloatProperty, FloatVectorProperty, PointerProperty, StringProperty
 
 from ...core.errors import DetpError
-from ..mixing.mix import gains_of, mix, mixed_objects
+from ..mixing.mix import gains_of, has_mixture, mix
 from . import session
 from .idle import Idle
 from .labels import line_length, sentence
@@ -99,7 +99,7 @@ class DETP_PT_mixer(SidebarTab, bpy.types.Panel):
     def poll(cls, context):
         """Where there is light to mix."""
         scene = context.scene
-        return scene is not None and any(True for _ in mixed_objects(scene.objects, attribute_name(scene.detp)))
+        return scene is not None and has_mixture(scene.objects, attribute_name(scene.detp))
 
     def draw(self, context):
         """A row for each light group; greyed out during a bake."""

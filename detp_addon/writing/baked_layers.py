@@ -115,15 +115,21 @@ def group_mark(name: str, gain: Sequence[float] = (1.0, 1.0, 1.0)) -> dict:
 
 
 def groups_of(mesh: bpy.types.Mesh, name: str) -> dict[str, dict]:
-    """The layers of light groups that the light in the layer of that ``name`` is mixed of, and the mark of each."""
-    return light_of(mesh, name).get("groups", {}) if holds_light(mesh, name) else {}
+    """The layers of light groups that the light in the layer of that ``name`` is mixed of, and the mark of each.
+
+    A slider asks this of all meshes, so the rest of their marks is not looked at.
+    """
+    try:
+        groups = mesh[MARK]["light"][name]["groups"].to_dict()
+    except (KeyError, TypeError, AttributeError):
+        return {}
+    return groups if name in mesh.attributes else {}
 
 
 def note_mixture(mesh: bpy.types.Mesh, name: str, groups: dict[str, dict]) -> None:
     """Note that the layer of that ``name`` now holds this mixture of ``groups``."""
-    mark = _mark(mesh)
+    mark = mesh[MARK]
     mark["layers"][name], mark["light"][name]["groups"] = _checksum(mesh.attributes[name]), groups
-    mesh[MARK] = mark
 
 
 def holds_light(mesh: bpy.types.Mesh, name: str) -> bool:

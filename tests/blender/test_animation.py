@@ -118,6 +118,12 @@ def test_what_was_there_stays_and_one_button_removes_it(scene):
     assert bpy.ops.detp.remove_animation() == {"FINISHED"}
     assert state() == before
     bake()
+    twin = bpy.data.objects["Box"].copy()
+    bpy.context.collection.objects.link(twin)
+    assert bpy.ops.detp.remove_animation() == {"FINISHED"}
+    bpy.data.objects.remove(twin)
+    assert state() == before
+    bake()
     bpy.ops.ed.undo_push(message="baked")
     bpy.ops.ed.undo()
     assert state() == before

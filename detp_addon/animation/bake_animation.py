@@ -13,7 +13,7 @@ from ...core.errors import InvalidSettingError, NoLightError, NoMeshError
 from ...core.memory import memory_errors_named
 from ..chosen_objects import chosen_objects, objects_by_name
 from ..chosen_views import not_baked
-from ..job import FoundLight, found_light
+from ..found_light import FoundLight, found_light
 from ..materials.use_light import refresh_materials
 from ..report import BakeReport
 from ..request import BakeRequest

@@ -5,8 +5,10 @@ import numpy as np
 import pytest
 from detp.core.errors import NotBakedError
 from detp.detp_addon.command.command import main
+from detp.detp_addon.job import bake_scene
 from detp.detp_addon.mixing.light_groups import light_groups, lit_by
 from detp.detp_addon.mixing.mix import gains_of, mix
+from detp.detp_addon.request import BakeRequest
 from detp.detp_addon.writing.baked_layers import light_of
 from made_scenes import cube, lamp, linked, material, node, quad, read, world
 from small_scenes import colours, opened, saved
@@ -115,6 +117,19 @@ class TestBake:
         apart = (parts - alone)[lit].sum(axis=1) / alone[lit].sum(axis=1)
         # Half of the values of each are off by less than the error.
         assert np.median(np.abs(apart)) < 2.0 * error and abs(np.median(apart)) < 2.0 * error
+
+    def test_a_bake_that_is_stopped_has_light_of_all_groups(self, scene):
+        steps = bake_scene(scene, bpy.context.view_layer, BakeRequest(by_light=True))
+        report, wish = None, None
+        while report is None:
+            try:
+                steps.send(wish)
+                wish = True
+            except StopIteration as end:
+                report = end.value
+        assert report.light_groups == GROUPS and any("was stopped" in warning for warning in report.warnings)
+        assert all(layer("Floor", group).any() for group in GROUPS)
+        assert np.allclose(sum(layer("Floor", group) for group in GROUPS), layer("Floor"), rtol=1e-6, atol=1e-7)
 
     def test_ambient_occlusion_has_no_groups(self, scene):
         with pytest.raises(RuntimeError, match="cannot be baked by light"):

@@ -103,7 +103,7 @@ def colours_of(
                 look = reflected[-1] + target.emission
         mixed_of = {group.layer: group_mark(group.name) for group, _ in groups}
         layers = {name: layers[name] for name in (*request.attributes, *mixed_of)}
-        colours.append(MeshColours(obj, layers, mixed_of, look=look))
+        colours.append(MeshColours(obj, layers, look=look, groups=mixed_of))
     if not colours:
         raise UnwritableFileError("Every object was changed during the bake, so no colours were written: bake again.")
     if reflected:

@@ -114,7 +114,7 @@ def fit_stored(objects: Iterable[bpy.types.Object], attribute: str) -> Brightnes
                 for name in names
                 if holds_light(mesh, name)
             }
-            entries.append((MeshColours(obj, layers, groups), light["quantity"], layer.domain))
+            entries.append((MeshColours(obj, layers, groups=groups), light["quantity"], layer.domain))
     if not entries:
         raise NotBakedError(
             f"No mesh has still light as floats in '{attribute}', whose exposure could be changed: bake with another."

@@ -27,20 +27,20 @@ LONGEST_NAME = 63
 class MeshColours:
     """What to write on one mesh object: for each attribute's name its rgb (M, 3), one row per element of the domain.
 
-    groups what the layers of light groups hold, as group_mark says it; the first of all layers is their mixture
     light  what the rgb mean, as baked_layers.PLAIN_LIGHT
     type   of the attributes; into bytes Blender itself encodes linear colours as sRGB
     look   rgb (M, 3) for a layer of bytes beside the first that the viewport shows in its place, and look_scale, by
            which they were multiplied; None for no such layer
+    groups what the layers of light groups hold, as group_mark says it; the first of all layers is their mixture
     """
 
     object: bpy.types.Object
     layers: dict[str, np.ndarray]
-    groups: dict[str, dict] = field(default_factory=dict)
     light: dict = field(default_factory=dict)
     type: str = "FLOAT_COLOR"
     look: np.ndarray | None = None
     look_scale: float = 1.0
+    groups: dict[str, dict] = field(default_factory=dict)
 
 
 def check_attribute_name(name: str) -> None:

@@ -32,6 +32,10 @@ class ObjectNotFoundError(DetpError):
     """A named object does not exist, or is not a mesh that a render shows."""
 
 
+class LightGroupNotFoundError(DetpError):
+    """A named light group is not among those that were baked."""
+
+
 class NotBakedError(DetpError):
     """The meshes have no light yet, where some is to be used."""
 

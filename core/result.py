@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -80,3 +80,14 @@ class BakeResult:
     def high_error(self) -> float:
         """The share of the light that is seen by which nine tenths of the points are likely to be off at most."""
         return self.seen.high_error
+
+    def __add__(self, other: BakeResult) -> BakeResult:
+        """All that two bakes of the same points found, each in the light of other sources, from seeds of its own."""
+        sums = "direct indirect seen photons segments shadow_rays emitted_flux cut_flux".split()
+        return replace(
+            self,
+            hidden=self.hidden & other.hidden,
+            radius=max(self.radius, other.radius),
+            seconds={stage: seconds + other.seconds[stage] for stage, seconds in self.seconds.items()},
+            **{name: getattr(self, name) + getattr(other, name) for name in sums},
+        )

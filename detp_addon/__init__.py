@@ -12,9 +12,11 @@ def register() -> None:
     import bpy
 
     from .command import command
-    from .panel import handlers, properties, show_light
+    from .panel import animation, handlers, mixer, properties, show_light
 
     properties.register_properties()
+    mixer.register_mixture()
+    animation.register_animation()
     for cls in _classes():
         bpy.utils.register_class(cls)
     bpy.types.VIEW3D_PT_shading.append(show_light.draw_in_shading)
@@ -27,18 +29,21 @@ def unregister() -> None:
     import bpy
 
     from .command import command
-    from .panel import handlers, properties, show_light
+    from .panel import animation, handlers, mixer, properties, show_light
 
     command.unregister_command(_command)
     handlers.unregister_handlers()
     bpy.types.VIEW3D_PT_shading.remove(show_light.draw_in_shading)
     for cls in reversed(_classes()):
         bpy.utils.unregister_class(cls)
+    animation.unregister_animation()
+    mixer.unregister_mixture()
     properties.unregister_properties()
 
 
 def _classes() -> tuple[type, ...]:
     """The operators and panels in the order in which Blender wants them."""
-    from .panel import operators, panel, result_panel, show_light, use_light
+    from .panel import animation, mixer, operators, panel, result_panel, show_light, use_light
 
-    return tuple(cls for part in (operators, show_light, use_light, panel, result_panel) for cls in part.CLASSES)
+    parts = (operators, show_light, use_light, panel, animation, mixer, result_panel)
+    return tuple(cls for part in parts for cls in part.CLASSES)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import bpy
@@ -10,21 +11,27 @@ import numpy as np
 from ..core.errors import DetpError, UnwritableFileError
 from .chosen_objects import objects_by_name
 from .materials.use_light import materials_with_light
+from .mixing.light_groups import LightGroup
 from .reading.read_scene import BakeTarget
 from .request import BakeRequest
 from .values import Values, known_rows
 from .wording import counted
-from .writing.baked_layers import look_of
+from .writing.baked_layers import group_mark, look_of
 from .writing.element_values import quantity_values, spread
 from .writing.encoding import fitted_scale, usual_scale
 from .writing.write_attributes import MeshColours, element_count, faces_of, obstacle
 
 
-def writable_targets(targets: tuple[BakeTarget, ...], request: BakeRequest) -> tuple[list[BakeTarget], list[str]]:
-    """The targets that can be written, and sentences on those that cannot; raises their error when none can."""
+def writable_targets(
+    targets: tuple[BakeTarget, ...], request: BakeRequest, groups: Sequence[LightGroup] = ()
+) -> tuple[list[BakeTarget], list[str]]:
+    """The targets that can be written, and sentences on those that cannot; raises their error when none can.
+
+    The light of each of the ``groups`` has a layer of its own.
+    """
     writable, refusals, objects = [], {}, objects_by_name()
     for target in targets:
-        refusal = _obstacle(objects[target.object_name, target.library], request)
+        refusal = _obstacle(objects[target.object_name, target.library], request, groups)
         if refusal is not None:
             refusals.setdefault(type(refusal), []).append(str(refusal))
         else:
@@ -35,10 +42,10 @@ def writable_targets(targets: tuple[BakeTarget, ...], request: BakeRequest) -> t
     return writable, sentences
 
 
-def _obstacle(obj: bpy.types.Object, request: BakeRequest) -> DetpError | None:
+def _obstacle(obj: bpy.types.Object, request: BakeRequest, groups: Sequence[LightGroup]) -> DetpError | None:
     """Why one of the attributes cannot be written, or None when all can."""
-    kind = request.encoding.type
-    return next(filter(None, (obstacle(obj, name, request.domain, kind) for name in request.attributes)), None)
+    names, kind = (*request.attributes, *(group.layer for group in groups)), request.encoding.type
+    return next(filter(None, (obstacle(obj, name, request.domain, kind) for name in names)), None)
 
 
 def usual_scales(
@@ -59,11 +66,15 @@ def _first(sentences: list[str], shown: int = 3) -> list[str]:
 
 
 def colours_of(
-    targets: list[BakeTarget], light: Values, request: BakeRequest, look_scale: float | None
+    targets: list[BakeTarget],
+    light: Values,
+    request: BakeRequest,
+    look_scale: float | None,
+    groups: Sequence[tuple[LightGroup, Values]] = (),
 ) -> tuple[list[MeshColours], list[str]]:
     """The colours of each target's elements, and a warning for each target that changed during the bake.
 
-    A ``look_scale`` of None fits the look to the light that surfaces reflect.
+    A ``look_scale`` of None fits the look to the light that surfaces reflect. ``groups`` add up to ``light``.
     """
     colours, gone, objects, reflected = [], [], objects_by_name(), []
     parts = light.irradiance, light.direct, light.indirect
@@ -72,20 +83,27 @@ def colours_of(
         if obj is None or obj.type != "MESH" or element_count(obj.data, request.domain) != len(target.albedo):
             gone.append(f"'{target.object_name}' was changed during the bake, so its colours were not written.")
             continue
-        refusal = _obstacle(obj, request)
+        refusal = _obstacle(obj, request, [group for group, _ in groups])
         if refusal is not None:
             gone.append(str(refusal))
             continue
-        faces, layers, look = faces_of(obj.data, request.domain), {}, None
+        faces, layers, look, rows = faces_of(obj.data, request.domain), {}, None, known_rows(target, light.known)
+        dark = np.zeros_like(target.emission)
+        for group, part in groups:
+            emission = target.emission if obj.lightgroup in group.shining else dark
+            values = spread(part.irradiance, rows, faces)
+            layers[group.layer] = quantity_values(request.quantity, values, target.albedo, emission)
         for name, irradiance in zip(request.attributes, parts, strict=False):
             # What a surface emits is part of its direct light, and of the whole.
-            emission = np.zeros_like(target.emission) if irradiance is parts[2] else target.emission
-            values = spread(irradiance, known_rows(target, light.known), faces)
+            emission = dark if irradiance is parts[2] else target.emission
+            values = spread(irradiance, rows, faces)
             layers[name] = quantity_values(request.quantity, values, target.albedo, emission)
             if irradiance is parts[0] and _looks(request, obj):
-                reflected.append(quantity_values("shaded", values, target.albedo, np.zeros_like(target.emission)))
+                reflected.append(quantity_values("shaded", values, target.albedo, dark))
                 look = reflected[-1] + target.emission
-        colours.append(MeshColours(obj, layers, look=look))
+        mixed_of = {group.layer: group_mark(group.name) for group, _ in groups}
+        layers = {name: layers[name] for name in (*request.attributes, *mixed_of)}
+        colours.append(MeshColours(obj, layers, look=look, groups=mixed_of))
     if not colours:
         raise UnwritableFileError("Every object was changed during the bake, so no colours were written: bake again.")
     if reflected:
@@ -97,4 +115,5 @@ def colours_of(
 def _looks(request: BakeRequest, obj: bpy.types.Object) -> bool:
     """Whether a layer for the look is wanted, and shows more than the light itself and the object's materials."""
     useful = request.look and request.activate and request.quantity in ("lighting", "irradiance")
-    return useful and not any(True for _ in materials_with_light([obj]))
+    # A mixture of light would not reach it.
+    return useful and not request.by_light and not any(True for _ in materials_with_light([obj]))

@@ -6,13 +6,12 @@ The command line and the panel's operator drive the same generator. Only the pan
 from __future__ import annotations
 
 import time
-from collections.abc import Generator, Iterator, Sequence
-from contextlib import nullcontext
+from collections.abc import Generator, Sequence
 from dataclasses import replace
 
 import bpy
-import numpy as np
 
+<<<<<<< HEAD
 from ..core.bake import bake
 from ..core.cluster.dask_hands import crew_of
 from ..core.direct.ambient_occlusion import ambient_occlusion
@@ -22,21 +21,19 @@ from ..core.points import Points
 from ..core.result import BakeResult, Progress
 from .causes import why_no_light, why_nothing_to_bake
 from .chosen_objects import chosen_objects
+=======
+from ..core.memory import memory_errors_named
+from .animation.playback import hidden_by_playback
+>>>>>>> anim
 from .chosen_views import not_baked
-from .colours import colours_of, usual_scales, writable_targets
-from .doubts import dark_in_front, doubts_of
+from .found_light import found_light
 from .materials.use_light import refresh_materials
-from .reading.read_scene import ExportedScene, read_scene
 from .report import BakeReport
 from .request import BakeRequest
 from .steps import JobProgress
-from .values import BakedPoints, known_rows, lossy_faces, points_of, values_of
 from .writing.encoding import encoded
 from .writing.live_colours import LiveColours
 from .writing.write_attributes import write_colours
-
-#: seconds to write the colour of one point, and the least time that is left to the bake itself
-WRITING, LEAST_SECONDS = 4e-6, 0.05
 
 
 def bake_scene(
@@ -73,75 +70,27 @@ def _steps(
     start = time.perf_counter() - spent
     names = scene.name, view_layer.name
     others = not_baked(scene, view_layer, scenes_too)
-    yield JobProgress("Reading the scene", 0.0)
-    chosen = chosen_objects(scene, view_layer, request.targets)
-    try:
-        export = read_scene(scene, view_layer, chosen, request.domain, request.attributes, request.fit)
-    except NoMeshError as error:
-        raise NoMeshError(why_nothing_to_bake(scene, chosen) or str(error)) from None
-    targets, refusals = writable_targets(export.targets, request)
-    targets, points = points_of(targets, export)
-    check_baking(len(export.scene.triangles), len(points.centres))
-    exported = time.perf_counter()
-
-    scales = usual_scales(scene, targets, request)
-    found, stopped = None, False
-    with live or nullcontext():
-        for progress in _bake_steps(scene, export, points, request, start):
-            found = progress.found or found
-            shown = progress.found is not None and live is not None and live.due
-            if shown:
-                begin = time.perf_counter()
-                colours, _ = colours_of(targets, values_of(points, found), request, scales[1])
-                live.show(encoded(colours, request.encoding, request.quantity, scales[0])[0], begin)
-            wish = yield _job_progress(progress, found, time.perf_counter() - exported, shown)
-            stopped = stopped or bool(wish)
-            if stopped and found is not None:
-                break
-    result = found
+    found = yield from found_light(scene, view_layer, request, live, start)
 
     yield JobProgress("Writing the colours", 1.0)
     writing = time.perf_counter()
-    values = values_of(points, result)
-    colours, gone = colours_of(targets, values, request, scales[1])
-    lossy = lossy_faces(export, points, values, result)
-    turned = dark_in_front(targets, export.scene, points, result) if request.quantity != "ambient-occlusion" else []
-    stored, brightness = encoded(colours, request.encoding, request.quantity, scales[0])
+    values, colours, gone = found.colours(request)
+    report, doubts = found.report(scene, values, start), found.doubts(scene, request)
+    stored, brightness = encoded(colours, request.encoding, request.quantity, found.scales[0])
     notes = write_colours(stored, request.domain, request.attribute if request.activate else None)
-    notes += refresh_materials([entry.object for entry in stored], request.attribute)
+    objects = [entry.object for entry in stored]
+    notes += refresh_materials(objects, request.attribute) + hidden_by_playback(objects, request.attribute)
     end = time.perf_counter()
-    doubts = doubts_of(result, request.settings, stopped, scene, export.scene)
-    return BakeReport(
-        scene=names[0],
+    return replace(
+        report,
         objects=len(colours),
-        points=len(values.known),
-        filled=sum(int((known_rows(target, values.known) < 0).sum()) for target in targets),
-        triangles=len(export.scene.triangles),
-        lights=export.lights,
-        photons=result.photons,
-        shadow_rays=result.shadow_rays,
-        segments=result.segments,
-        radius=result.radius,
-        gatherer=result.gatherer,
-        gatherer_reason=result.reason,
-        seconds={
-            "export": exported - start,
-            "shadow": result.seconds["shadow"],
-            "trace": result.seconds["radius"] + result.seconds["trace"],
-            "gather": result.seconds["place"] + result.seconds["gather"],
-            "write": end - writing,
-            "total": end - start,
-        },
-        relative_error=result.relative_error,
-        high_error=result.high_error,
+        seconds=report.seconds | {"write": end - writing, "total": end - start},
         brightness=brightness,
-        lossy_faces=lossy,
-        modelled=tuple(export.modelled),
-        left_out=tuple(export.left_out),
         blender_scene=names[0],
         view_layer=names[1],
-        warnings=(*others, *export.warnings, *refusals, *gone, *notes, *doubts, *turned),
+        warnings=(*others, *found.export.warnings, *found.refusals, *gone, *notes, *doubts),
     )
+<<<<<<< HEAD
 
 
 def _bake_steps(
@@ -170,3 +119,5 @@ def _job_progress(progress: Progress, found: BakeResult | None, passed: float, s
     remaining = passed * (1 - share) / share if 0.01 < share < 1 else None
     error = None if found is None or not np.isfinite(found.relative_error) else found.relative_error
     return JobProgress(progress.phase, share, remaining, error, shown)
+=======
+>>>>>>> anim

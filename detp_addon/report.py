@@ -52,6 +52,8 @@ class BakeReport:
     high_error      the same for nine tenths of the points, beside the light that is usual where they are next to dark
     brightness      by what the light was multiplied, and how many colours are above 1
     lossy_faces     those that show light wrong between their vertices
+    frames          that were baked, none when the light was baked for one moment
+    light_groups    that were baked apart, none when all light was baked together
     modelled        features of the scene that were found and needed; ``left_out`` those that were not honoured
     warnings        one sentence each
     output          the file written, or None inside Blender
@@ -75,6 +77,8 @@ class BakeReport:
     high_error: float = math.nan
     brightness: Brightness = field(default_factory=Brightness)
     lossy_faces: LossyFaces = field(default_factory=LossyFaces)
+    frames: tuple[int, ...] = ()
+    light_groups: tuple[str, ...] = ()
     modelled: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
@@ -100,8 +104,12 @@ class BakeReport:
         error = percent(self.relative_error) if math.isfinite(self.relative_error) else "unknown"
         if math.isfinite(self.high_error):
             error += f", nine tenths of the points within {percent(self.high_error)}"
+        frames = ","
+        if self.frames:
+            each = self.seconds["total"] / len(self.frames)
+            frames = f" at {len(self.frames)} frames from {self.frames[0]} to {self.frames[-1]}, {each:.2g} s each,"
         return (
-            f"Baked {counted(self.objects, 'object')}, {counted(self.points, 'point')} with "
+            f"Baked {counted(self.objects, 'object')}{frames} {counted(self.points, 'point')} with "
             f"{counted(self.photons, 'photon')} in {self.seconds['total']:.1f} s; median error {error} "
             f"(radius {self.radius:.3g} m, {self.gatherer})."
         )
@@ -118,6 +126,8 @@ class BakeReport:
     def details(self) -> list[str]:
         """Lines for people after the headline: what was modelled, what was left out, what to look at."""
         lines = []
+        if self.light_groups:
+            lines.append("Light groups: " + ", ".join(self.light_groups) + ".")
         if self.modelled:
             lines.append("Modelled: " + ", ".join(self.modelled) + ".")
         if self.left_out:

@@ -26,6 +26,7 @@ class BakeRequest:
     fit        "faces": colours such that faces show their light between them; "vertices": the light at the vertices
     quantity   one of element_values.QUANTITIES
     split      direct and indirect light also in attributes of their own, <attribute>_direct and <attribute>_indirect
+    by_light   the light of each light group also in an attribute of its own, which add up to the whole
     activate   make the attribute the one that viewport and render show
     encoding   how the light becomes the attribute's numbers
     look       beside it, a layer with what the surfaces look like in the light, which the viewport shows
@@ -41,6 +42,7 @@ class BakeRequest:
     fit: str = "faces"
     quantity: str = "lighting"
     split: bool = False
+    by_light: bool = False
     activate: bool = True
     encoding: Encoding = field(default_factory=Encoding)
     look: bool = False
@@ -59,6 +61,8 @@ class BakeRequest:
             raise InvalidSettingError(f"Unknown quantity '{self.quantity}': choose {', '.join(QUANTITIES)}.")
         if self.split and self.quantity == "ambient-occlusion":
             raise InvalidSettingError("Ambient occlusion has no direct and indirect part: leave the split away.")
+        if self.by_light and self.quantity == "ambient-occlusion":
+            raise InvalidSettingError("Ambient occlusion needs no lights, so it cannot be baked by light.")
 
     @property
     def attributes(self) -> tuple[str, ...]:

@@ -49,6 +49,11 @@ class Values:
     known: np.ndarray
     open: np.ndarray
 
+    def __add__(self, other: Values) -> Values:
+        """The light of two groups of sources, at the same points."""
+        sums = (getattr(self, part) + getattr(other, part) for part in ("irradiance", "direct", "indirect"))
+        return Values(*sums, self.known & other.known, self.open)
+
 
 def points_of(targets: list[BakeTarget], export: ExportedScene) -> tuple[list[BakeTarget], BakedPoints]:
     """The points that ``targets`` need, and the targets with rows counted among their values."""
@@ -75,10 +80,11 @@ def points_of(targets: list[BakeTarget], export: ExportedScene) -> tuple[list[Ba
     return moved, BakedPoints(*given, numbers, fit, kept)
 
 
-def values_of(points: BakedPoints, result: BakeResult) -> Values:
-    """The values that ``result`` gives the colours."""
+def values_of(points: BakedPoints, result: BakeResult, whole: BakeResult | None = None) -> Values:
+    """The values that ``result`` gives the colours; it may be a part of the ``whole`` light."""
+    whole = whole or result
     # A covered face that is dark belongs to things that touch; one that has light stands back to back with another.
-    hidden = result.hidden | (points.covered & unlit(result.irradiance))
+    hidden = whole.hidden | (points.covered & unlit(whole.irradiance))
     if points.fit is None:
         return Values(result.irradiance, result.direct.value, result.indirect.value, ~hidden, result.open)
     seen = np.where(hidden, 0.0, result.open)

@@ -22,6 +22,7 @@ from ..files.open_files import check_readable, is_compressed, open_blend
 from ..files.write_files import check_writable, replace_file, save_blend
 from ..job import bake_scene
 from ..materials.use_light import use_in_materials
+from ..mixing.light_groups import likely_groups
 from ..preview.render_preview import render_preview
 from ..report import BakeReport
 from ..request import BakeRequest
@@ -90,6 +91,7 @@ def bake_request(options: dict) -> BakeRequest:
         fit=options["fit"],
         quantity=options["quantity"],
         split=options["split"],
+        by_light=options["by_light"],
         activate=options["activate"] == "on",
         encoding=Encoding(options["exposure"], options["clamp"], options["storage"]),
         cluster=options["cluster"],
@@ -124,7 +126,7 @@ def _bake(
             divided = _subdivided(scene, layer, asked, options["subdivide"], title, display)
             spent += time.perf_counter() - begin
             steps = bake_scene(scene, layer, asked, spent=spent, scenes_too=[scene for scene, _ in views])
-            report = _finished(steps, title, display)
+            report = finished_bake(steps, title, display)
             if divided is not None:
                 report = replace(report, warnings=(*report.warnings, division_note(*divided, report.lossy_faces.whole)))
             reports[scene, layer] = report
@@ -174,7 +176,9 @@ def _foreseen(job: SceneJob, request: BakeRequest, choice: ViewChoice) -> list[d
     seconds, entries = 2.0 * (time.perf_counter() - begin), []
     for scene, layer in chosen_views(choice):
         points = likely_points(scene, layer, targets_in(scene, request.targets))
+        groups = likely_groups(scene, layer) if request.by_light else 1
         likely = forecast(points, request.settings)
+        likely = replace(likely, seconds=likely.seconds * (groups if request.settings.seconds is None else 1))
         entries.append(
             {
                 "scene": str(job.scene), "output": str(job.output), "blender_scene": scene.name,
@@ -194,11 +198,13 @@ def _subdivided(
     there was nothing to divide.
     """
     rough = replace(
-        request, settings=replace(request.settings, quality="draft", error=None, photons=None, seconds=None)
+        request,
+        settings=replace(request.settings, quality="draft", error=None, photons=None, seconds=None),
+        by_light=False,
     )
     faces, objects, before = 0, 0, None
     for _ in range(times):
-        report = _finished(bake_scene(scene, layer, rough), f"{title}, rough", display)
+        report = finished_bake(bake_scene(scene, layer, rough), f"{title}, rough", display)
         if len(report.lossy_faces.faces) == 0:
             break
         with blender_silenced():
@@ -208,7 +214,7 @@ def _subdivided(
     return None if before is None else (faces, objects, before)
 
 
-def _finished(steps: Generator, title: str, display: Display) -> BakeReport:
+def finished_bake(steps: Generator, title: str, display: Display) -> BakeReport:
     """Take all the steps of a bake and return what it returns."""
     with closing(steps):
         while True:

@@ -16,8 +16,9 @@ def add_bake(commands, run: Callable[[argparse.Namespace], int], epilog: str) ->
     )  # fmt: skip
     bake.set_defaults(run=run)
     _add_files(bake)
-    _add_what(bake)
-    _add_how(bake)
+    add_what(bake)
+    _add_parts(bake)
+    add_how(bake)
 
 
 def _add_files(bake: argparse.ArgumentParser) -> None:
@@ -58,18 +59,13 @@ def _add_files(bake: argparse.ArgumentParser) -> None:
     )
 
 
-def _add_what(bake: argparse.ArgumentParser) -> None:
+def add_what(bake: argparse.ArgumentParser) -> None:
     """Which light of which objects, and in which colours."""
     bake.add_argument(
         "--objects", nargs="+", action="extend", metavar="NAME", help="mesh objects to bake (default: all visible)"
     )
     bake.add_argument("--scene", metavar="NAME", help="scene of the file (default: the active one)")
-    bake.add_argument("--all-scenes", action="store_true", help="bake every scene of the file that has meshes")
     bake.add_argument("--view-layer", metavar="NAME", help="view layer of the scene (default: the active one)")
-    bake.add_argument(
-        "--apply-modifiers", action="store_true",
-        help="apply what changes the faces (Array, Mirror, ...) in the output, so that every copy has its own light",
-    )  # fmt: skip
     bake.add_argument(
         "--attribute", default="irradiance", metavar="NAME", help="colour attribute (default: irradiance)"
     )
@@ -83,17 +79,9 @@ def _add_what(bake: argparse.ArgumentParser) -> None:
         "themselves (default: faces)",
     )  # fmt: skip
     bake.add_argument(
-        "--subdivide", type=int, default=0, metavar="TIMES",
-        help="up to so many times, divide the faces of the output whose light their vertices cannot show (default: 0)",
-    )  # fmt: skip
-    bake.add_argument(
         "--quantity", choices=("lighting", "irradiance", "shaded", "ambient-occlusion"), default="lighting",
         help="lighting: E/pi, white = 1; irradiance: E in W/m2; shaded: albedo E/pi + emission; "
         "ambient-occlusion: open share of the hemisphere (default: lighting)",
-    )  # fmt: skip
-    bake.add_argument(
-        "--split", action="store_true",
-        help="write direct and indirect light also apart, as <attribute>_direct and <attribute>_indirect",
     )  # fmt: skip
     bake.add_argument(
         "--activate", choices=("on", "off"), default="on",
@@ -120,7 +108,29 @@ def _add_what(bake: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
-def _add_how(bake: argparse.ArgumentParser) -> None:
+def _add_parts(bake: argparse.ArgumentParser) -> None:
+    """What a still bake may do besides: other scenes, other faces, and parts of the light apart."""
+    bake.add_argument("--all-scenes", action="store_true", help="bake every scene of the file that has meshes")
+    bake.add_argument(
+        "--apply-modifiers", action="store_true",
+        help="apply what changes the faces (Array, Mirror, ...) in the output, so that every copy has its own light",
+    )  # fmt: skip
+    bake.add_argument(
+        "--subdivide", type=int, default=0, metavar="TIMES",
+        help="up to so many times, divide the faces of the output whose light their vertices cannot show (default: 0)",
+    )  # fmt: skip
+    bake.add_argument(
+        "--split", action="store_true",
+        help="write direct and indirect light also apart, as <attribute>_direct and <attribute>_indirect",
+    )  # fmt: skip
+    bake.add_argument(
+        "--by-light", action="store_true",
+        help="write the light of each light group (without any, of each lamp) also apart, as <attribute>:<group>, for "
+        "detp mix and the panel's mixer",
+    )  # fmt: skip
+
+
+def add_how(bake: argparse.ArgumentParser) -> None:
     """How well, how long, and by which of the core's ways."""
     defaults = BakeSettings()
     bake.add_argument("--quality", choices=tuple(QUALITIES), default=defaults.quality, help="(default: %(default)s)")

@@ -11,6 +11,8 @@ from typing import NoReturn
 
 from ...core.errors import DetpError, InvalidSettingError
 from ...core.memory import memory_errors_named
+from ..animation.animate_command import add_bake_animation
+from ..mixing.mix_command import add_mix
 from ..study.command import add_study
 from ..tradeoff.command import add_tradeoff
 from .bake_command import run_bake
@@ -82,7 +84,9 @@ def _parser() -> argparse.ArgumentParser:
     )
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     add_bake(commands, run_bake, _EPILOG)
+    add_bake_animation(commands)
     add_part(commands)
+    add_mix(commands)
     add_study(commands)
     add_tradeoff(commands)
     return parser

@@ -5,6 +5,7 @@ from bpy.app.handlers import persistent
 
 from . import session
 from .forecasts import forget_unsaved
+from .mixer import follow_mixture
 from .show_light import follow_light
 
 
@@ -17,6 +18,9 @@ def _before_load(*_args):
 def _after_load(*_args):
     session.forget()
     forget_unsaved()
+    for scene in bpy.data.scenes:
+        if scene.library is None:
+            follow_mixture(scene)
 
 
 @persistent

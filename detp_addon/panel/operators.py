@@ -15,7 +15,8 @@ from ..writing.live_colours import LiveColours
 from . import session
 from .forecasts import forecast_of, remember
 from .idle import Idle
-from .properties import BakeOptions, bake_request, option_names, scene_options
+from .mixer import follow_mixture
+from .properties import BakeOptions, bake_request, scene_options
 from .show_light import show_while
 
 #: seconds of work at a time; where Blender is slow to draw, as long as it was away, so that half the time is work
@@ -24,12 +25,8 @@ SHORTEST_SLICE, LONGEST_SLICE = 0.07, 0.5
 TICK, REDRAW = 0.02, 0.2
 
 
-class DETP_OT_bake(Idle, BakeOptions, bpy.types.Operator):
-    """Bake the light of the whole scene into the meshes' colour attributes"""
-
-    bl_idname = "detp.bake"
-    bl_label = "Bake Vertex Light"
-    bl_options = {"REGISTER", "UNDO"}
+class Baking(Idle):
+    """What runs a bake, at once or in slices; what it bakes, its subclasses say."""
 
     def execute(self, context):
         """Bake at once, from a script or in background mode; arguments that are not given come from the scene."""
@@ -95,22 +92,38 @@ class DETP_OT_bake(Idle, BakeOptions, bpy.types.Operator):
         return self.live if self.properties.is_property_set("live") else context.scene.detp.live
 
     def _begun(self, context) -> session.BakeSession | None:
-        options = scene_options(context.scene.detp)
-        for name in option_names():
-            if self.properties.is_property_set(name):
-                options[name] = getattr(self, name)
+        options = self._options(context)
         for name, value in options.items():
             setattr(self, name, value)  # so that a repetition bakes the same
         try:
             request = bake_request(options, metres_per_unit(context.scene))
+            self._request = replace(request, look=self._live)
+            live = LiveColours(request.domain, request.attribute if request.activate else None) if self._live else None
+            steps = self._steps(context, self._request, options, live)
+            return session.begin(steps, self._expected(context, self._request, options))
         except DetpError as error:
             self.refused(error)
             return None
-        self._request = replace(request, look=self._live)
-        live = LiveColours(request.domain, request.attribute if request.activate else None) if self._live else None
-        steps = bake_scene(context.scene, context.view_layer, self._request, live)
-        expected = forecast_of(context.scene, context.view_layer, self._request)
-        return session.begin(steps, expected.seconds if expected is not None else None)
+
+    def _options(self, context) -> dict:
+        """The arguments by name; those that are not given come from the scene."""
+        return self._given(scene_options(context.scene.detp))
+
+    def _given(self, options: dict) -> dict:
+        """The ``options``, with those that are given in their places."""
+        given = filter(self.properties.is_property_set, options)
+        return options | {name: getattr(self, name) for name in given}
+
+    def _steps(self, context, request, _options, live):
+        return bake_scene(context.scene, context.view_layer, request, live)
+
+    def _expected(self, context, request, _options) -> float | None:
+        """Seconds that it is likely to take."""
+        expected = forecast_of(context.scene, context.view_layer, request)
+        return expected.seconds if expected is not None else None
+
+    def _remember(self, context, seconds: float) -> None:
+        remember(context.scene, context.view_layer, self._request, seconds)
 
     def _work(self):
         away = time.perf_counter() - self._worked
@@ -120,8 +133,9 @@ class DETP_OT_bake(Idle, BakeOptions, bpy.types.Operator):
     def _ended(self, context, bake: session.BakeSession) -> set[str]:
         outcome = bake.outcome
         if outcome.status == session.DONE:
+            follow_mixture(context.scene)
             if not bake.stopped:
-                remember(context.scene, context.view_layer, self._request, outcome.report.seconds["total"])
+                self._remember(context, outcome.report.seconds["total"])
         elif self._live:
             self._unshow()
         if outcome.status != session.DONE:
@@ -144,6 +158,14 @@ class DETP_OT_bake(Idle, BakeOptions, bpy.types.Operator):
             self._timer = None
         _set_status(self._workspace, None)
         _redraw_panels(context)
+
+
+class DETP_OT_bake(BakeOptions, Baking, bpy.types.Operator):
+    """Bake the light of the whole scene into the meshes' colour attributes"""
+
+    bl_idname = "detp.bake"
+    bl_label = "Bake Vertex Light"
+    bl_options = {"REGISTER", "UNDO"}
 
 
 class DETP_OT_cancel(bpy.types.Operator):

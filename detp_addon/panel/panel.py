@@ -79,6 +79,7 @@ class _Output:
         column.prop(settings, "fit")
         if settings.quantity != "AMBIENT_OCCLUSION":
             column.prop(settings, "split")
+            column.prop(settings, "by_light")
         column.prop(settings, "activate")
 
 

@@ -154,6 +154,13 @@ class BakeOptions:
         default=False,
         options={"SKIP_SAVE"},
     )
+    by_light: BoolProperty(
+        name="By Light",
+        description="Write the light of each light group (without any, of each lamp) also into an attribute of its "
+        "own, which the light mixer mixes. Each group is baked to the error that is asked for",
+        default=False,
+        options={"SKIP_SAVE"},
+    )
     occlusion_distance: FloatProperty(
         name="Distance",
         description="Surfaces farther away do not occlude. 0 takes a fifth of the scene's radius",
@@ -345,6 +352,7 @@ def bake_request(options: dict, metres: float = 1.0) -> BakeRequest:
         fit=core_name(options["fit"]),
         quantity=core_name(options["quantity"]),
         split=options["split"],
+        by_light=options["by_light"],
         activate=options["activate"],
         encoding=Encoding(
             exposure=None if options["fit_exposure"] else options["exposure"],

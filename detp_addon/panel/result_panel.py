@@ -46,8 +46,10 @@ def _draw_figures(layout: bpy.types.UILayout, report: BakeReport, units: bpy.typ
     error = percent(report.relative_error) if math.isfinite(report.relative_error) else "No light arrived"
     high = percent(report.high_error) if math.isfinite(report.high_error) else "Unknown"
     column = layout.column(align=True)
+    frames = [("Frames", number(len(report.frames)))] if report.frames else []
     for name, value in (
         ("Objects", number(report.objects)),
+        *frames,
         ("Points", number(report.points)),
         ("Time", duration(report.seconds["total"])),
         ("Error", error),

@@ -19,13 +19,14 @@ _FLAT = 1e-6
 class Placement:
     """A mesh as it stands in the world: the row of its surface and the matrix (4, 4) that takes it there, in metres.
 
-    ``diffuse`` and ``shadow``: whether such rays meet it.
+    ``diffuse`` and ``shadow``: whether such rays meet it. ``lightgroup``: that its emission belongs to, "" for none.
     """
 
     surface: int
     matrix: np.ndarray
     diffuse: bool = True
     shadow: bool = True
+    lightgroup: str = ""
 
 
 @dataclass(frozen=True)

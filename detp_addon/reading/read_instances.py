@@ -57,7 +57,7 @@ class RenderedObjects:
     shines      (of each surface) whether it gives light
     placements  where they stand
     targets     the objects to bake; editing: the names of those that would be, were they not open in Edit Mode
-    lights      lamps
+    lights      lamps, and lamps: (object, light group) of each by name, "" for no group
     radiance    (3,) of a world of one colour, None when ``world`` must be looked at
     """
 
@@ -68,6 +68,7 @@ class RenderedObjects:
     targets: list[TargetPoints] = field(default_factory=list)
     editing: list[str] = field(default_factory=list)
     lights: list[Light] = field(default_factory=list)
+    lamps: list[tuple[str, str]] = field(default_factory=list)
     radiance: np.ndarray | None = None
     world: bpy.types.World | None = None
 
@@ -100,7 +101,7 @@ def read_instances(depsgraph, wanted: set | None, findings: Findings, written: S
         matrix = np.array([tuple(row) for row in instance.matrix_world])
         matrix[:3] *= metres
         if obj.type == "LIGHT":
-            _add_light(read.lights, obj, matrix, metres, findings)
+            _add_light(read, instance, matrix, metres, findings)
             continue
         slots = [layer.material_override] * bool(layer.material_override) or _slots(obj)
         key = (obj.data.as_pointer(), *(slot.as_pointer() if slot else 0 for slot in slots))
@@ -117,7 +118,7 @@ def read_instances(depsgraph, wanted: set | None, findings: Findings, written: S
             row = len(read.surfaces)
             read.surfaces.append(surface.placed(Standing.of(instance, depsgraph)))
         placed[obj.original] = row
-        if _add_mesh(read, instance, Placement(row, matrix, diffuse, shadow), wanted, findings):
+        if _add_mesh(read, instance, Placement(row, matrix, diffuse, shadow, _lightgroup(instance)), wanted, findings):
             targets.append(PlacedMesh(obj.original, obj.data, row, matrix))
     corners = sum(len(target.object.data.loops) for target in targets)
     triangles = [len(surface.triangles) for surface in read.surfaces]
@@ -160,12 +161,20 @@ def _slots(obj) -> list:
     ]
 
 
-def _add_light(lights: list[Light], obj, matrix: np.ndarray, metres: float, findings: Findings) -> None:
+def _lightgroup(instance) -> str:
+    """The light group of an instance's object, or else of what instances it, as in Cycles; "" for none."""
+    parent = instance.parent if instance.is_instance else None
+    return instance.object.lightgroup or (parent.lightgroup if parent is not None else "")
+
+
+def _add_light(read: RenderedObjects, instance, matrix: np.ndarray, metres: float, findings: Findings) -> None:
+    obj = instance.object
     light = read_light(obj, matrix, metres, findings)
     if light is not None:
         # The running number keeps instances of one lamp apart.
-        findings.modelled("{}", f"{obj.data.type.lower()} light", str(len(lights)))
-        lights.append(light)
+        findings.modelled("{}", f"{obj.data.type.lower()} light", str(len(read.lights)))
+        read.lights.append(light)
+        read.lamps.append((obj.original.name, _lightgroup(instance)))
 
 
 def _add_mesh(read: RenderedObjects, instance, placement: Placement, wanted, findings) -> bool:

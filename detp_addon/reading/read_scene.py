@@ -18,7 +18,7 @@ from ...core.scene import Scene
 from .face_places import PlacedFaces, placed_faces
 from .findings import Findings
 from .joined_rows import batches, numbered, starts_of
-from .placed_triangles import placed_triangles
+from .placed_triangles import PlacedTriangles, placed_triangles
 from .read_instances import RenderedObjects, TargetPoints, read_instances
 from .read_shaders import DEFAULT_ALBEDO
 from .read_specular import specular_table
@@ -39,6 +39,7 @@ class BakeTarget:
     domain      CORNER or POINT; E is the number of those elements of the mesh before modifiers, C that of its corners
     point_rows  (C,) the estimation point of each face corner, or the value that it shows, -1 for none
     albedo      (E, 3) and emission (E, 3) in W/(m^2 sr) of the surface there
+    rendered    vertices and triangles that a render shows
     """
 
     object_name: str
@@ -48,6 +49,24 @@ class BakeTarget:
     point_rows: np.ndarray
     albedo: np.ndarray
     emission: np.ndarray
+    rendered: tuple[int, int] = (0, 0)
+
+
+@dataclass(frozen=True)
+class LightOrigins:
+    """Whose the light of a scene is.
+
+    lights    (object, light group) by name of each of the scene's lights; the world has the name WORLD
+    groups    the names of light groups of objects, and emission (T,): the row there of each triangle's
+    """
+
+    lights: tuple[tuple[str | None, str], ...]
+    groups: tuple[str, ...]
+    emission: np.ndarray
+
+
+#: what stands for the world among the names of objects
+WORLD = None
 
 
 @dataclass(frozen=True)
@@ -61,6 +80,7 @@ class ExportedScene:
                point is that of some corners
     covered    (N,) whether another face lies against that of the point (see settled_corners.py)
     modelled   features that were found and are honoured; left_out: those that are not; warnings: one sentence each
+    origins    whose the light is
     objects    mesh objects and instances in the scene; triangles; lights: lamps, the world, and objects that shine
     """
 
@@ -75,6 +95,7 @@ class ExportedScene:
     modelled: tuple[str, ...]
     left_out: tuple[str, ...]
     warnings: tuple[str, ...]
+    origins: LightOrigins
     objects: int
     triangles: int
     lights: int
@@ -92,8 +113,9 @@ def read_scene(
     domain: str,
     written: Sequence[str] = (),
     fit: str = "vertices",
+    frame: int | None = None,
 ) -> ExportedScene:
-    """Read ``context_scene`` as a render of ``view_layer`` sees it now.
+    """Read ``context_scene`` as a render of ``view_layer`` sees it at a ``frame``, None for now.
 
     ``targets`` are the objects to bake, None for every mesh object that the render shows; ``domain`` is CORNER or
     POINT; ``fit`` says where the points are, one of FITS. The colours of the attributes ``written`` and of earlier
@@ -105,8 +127,10 @@ def read_scene(
     findings = Findings()
     wanted = None if targets is None else _bakeable(targets, findings)
     visit = partial(read_instances, wanted=wanted, findings=findings, written=written)
-    read = view_as_render(context_scene, view_layer, visit)
-    scene = _scene(read, _world_light(read, context_scene, view_layer, findings), findings)
+    read = view_as_render(context_scene, view_layer, visit, frame)
+    placed = placed_triangles(read.surfaces, read.placements)
+    world = _world_light(read, context_scene.frame_current if frame is None else frame, findings)
+    scene = _scene(read, placed, world, findings)
     baked, points, shown = _targets(read, scene, domain, fit)
     if targets is not None:
         _name_missing(wanted, {target.object_name for target in baked}, findings)
@@ -119,9 +143,17 @@ def read_scene(
     modelled, left_out, warnings = findings.sentences()
     return ExportedScene(
         scene, baked, points.centres, points.normals, points.facing, points.inward, points.covered, shown,
-        modelled, left_out, warnings,
+        modelled, left_out, warnings, _origins(read, placed, scene),
         objects=len(read.placements), triangles=len(scene.triangles), lights=len(scene.lights) + _shining(read),
     )  # fmt: skip
+
+
+def _origins(read: RenderedObjects, placed: PlacedTriangles, scene: Scene) -> LightOrigins:
+    """Whose the lights of ``scene`` are, which has the lamps first."""
+    world = (WORLD, read.world.lightgroup if read.world is not None else "")
+    lights = (*read.lamps, *[world] * (len(scene.lights) - len(read.lamps)))
+    names, rows = np.unique([each.lightgroup for each in read.placements], return_inverse=True)
+    return LightOrigins(lights, tuple(names.tolist()), rows[placed.placement])
 
 
 def _shining(read: RenderedObjects) -> int:
@@ -143,14 +175,14 @@ def _name_missing(wanted: set[bpy.types.Object], baked: set[str], findings: Find
             findings.warn("there is no light to bake on {}, of which a render shows no face", "object", name)
 
 
-def _world_light(read: RenderedObjects, context_scene, view_layer, findings: Findings) -> list[Light]:
-    """The world as a light, none when it is black."""
+def _world_light(read: RenderedObjects, frame: int, findings: Findings) -> list[Light]:
+    """The world at a ``frame`` as a light, none when it is black."""
     if read.radiance is not None:
         if not read.radiance.any():
             return []
         findings.modelled("a world of one colour")
         return [UniformWorld(read.radiance)]
-    picture, suns = world_lights(read.world, context_scene.frame_current, findings.left_out)
+    picture, suns = world_lights(read.world, frame, findings.left_out)
     for sun in suns:
         findings.modelled(f"a sun of the world, {np.degrees(sun.angle):.2g} degrees wide, as a light of its own")
     if not picture.any():
@@ -160,9 +192,9 @@ def _world_light(read: RenderedObjects, context_scene, view_layer, findings: Fin
     return [*suns, EnvironmentWorld(picture)]
 
 
-def _scene(read: RenderedObjects, world: list[Light], findings: Findings) -> Scene:
+def _scene(read: RenderedObjects, placed: PlacedTriangles, world: list[Light], findings: Findings) -> Scene:
     """Everything in world space, without the triangles that have no area there."""
-    placed, optics = placed_triangles(read.surfaces, read.placements), read.optics
+    optics = read.optics
     diffuse, shadow = (
         np.array([getattr(placement, rays) for placement in read.placements], bool)[placed.placement, None]
         for rays in ("diffuse", "shadow")
@@ -212,7 +244,9 @@ def _targets(
             _element_means(parts, first, emission, 0.0, domain),
         )
         for target, rows, *values in zip(parts, settled.rows[some], *means, strict=True):
-            targets.append(BakeTarget(target.object_name, target.library, target.mesh_name, domain, rows, *values))
+            surface, names = read.surfaces[target.surface], (target.object_name, target.library, target.mesh_name)
+            rendered = len(surface.vertices), len(surface.triangles)
+            targets.append(BakeTarget(*names, domain, rows, *values, rendered))
     return tuple(targets), settled, shown
 
 

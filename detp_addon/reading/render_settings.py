@@ -100,10 +100,10 @@ _HONOURED = {
     "visibility": {"visible_diffuse", "visible_shadow", "hide_render", "color", "pass_index"},
     "light": {"is_portal"},
     "world in mirrors": {"diffuse"},
-    "view layer": {"material_override", "world_override", "use_sky", "layer_collection", "use", "objects"},
+    "view layer": set("material_override world_override use_sky layer_collection use objects lightgroups".split()),
     "collection": {"exclude", "hide_viewport", "collection", "children"},
     "material data": {"node_tree", "use_nodes", "diffuse_color", "use_transparent_shadow", "pass_index"},
-    "world data": {"node_tree", "use_nodes", "color"},
+    "world data": {"node_tree", "use_nodes", "color", "lightgroup"},
     "lamp": set(
         "angle color energy exposure node_tree normalize shadow_soft_size shape size size_y spot_blend spot_size "
         "spread temperature temperature_color type use_nodes use_soft_falloff use_temperature".split()
@@ -130,7 +130,7 @@ _HARMLESS_PARTS = (
 _HARMLESS = frozenset(
     "ao_bounces ao_bounces_render ao_distance fast_gi_method blur_glossy use_camera_cull use_distance_cull camera "
     "scatter shadow visible_camera visible_volume_scatter visible_raycast is_holdout holdout indirect_only is_visible "
-    "cycles eevee depsgraph aovs active_aov active_aov_index lightgroups active_lightgroup active_lightgroup_index "
+    "cycles eevee depsgraph aovs active_aov active_aov_index active_lightgroup active_lightgroup_index "
     "use_strand use_ao use_freestyle freestyle_settings use_grease_pencil active_layer_collection "
     "has_export_collections".split()
 )
@@ -147,7 +147,7 @@ _HARMLESS_OF = {
         "texture_paint_images texture_paint_slots".split()
     ),
     "world data": set(
-        "light_settings mist_settings lightgroup probe_resolution sun_threshold sun_angle use_sun_shadow "
+        "light_settings mist_settings probe_resolution sun_threshold sun_angle use_sun_shadow "
         "use_eevee_finite_volume sun_shadow_maximum_resolution sun_shadow_filter_radius use_sun_shadow_jitter "
         "sun_shadow_jitter_overblur".split()
     ),

@@ -15,17 +15,22 @@ Result = TypeVar("Result")
 ENGINE = "DETP_SCENE_READER"
 
 
-def view_as_render(scene, view_layer, visit: Callable[[bpy.types.Depsgraph], Result]) -> Result:
+def view_as_render(
+    scene, view_layer, visit: Callable[[bpy.types.Depsgraph], Result], frame: int | None = None
+) -> Result:
     """Return ``visit(depsgraph)``, called where modifiers, visibility and instances are those of a render.
 
-    Only ``view_layer`` of ``scene`` is evaluated, at the scene's current frame. Evaluated data must not be kept
-    after the visit. Afterwards Blender's data, render results and handlers are as they were, whatever happened.
+    Only ``view_layer`` of ``scene`` is evaluated, at a ``frame``, None for the scene's current one. Evaluated data must
+    not be kept after the visit. Afterwards Blender's data, render results and handlers are as they were, whatever
+    happened.
 
     Raises what ``visit`` raises, and SceneBusyError when Blender cannot render now.
     """
     visits = []
     with _registered(_engine(visit, visits)), temporary_scene(scene.copy()) as copy:
         _reduce_to(copy, view_layer.name)
+        if frame is not None:
+            copy.frame_current, copy.frame_subframe = frame, 0.0
         render(copy)
     if not visits:
         raise SceneBusyError("Blender could not evaluate the scene for rendering: try again when no render is running.")
@@ -61,7 +66,9 @@ def render(scene, write: bool = False) -> None:
     """
     with _handlers_suspended():
         try:
-            bpy.ops.render.render("EXEC_DEFAULT", scene=scene.name, write_still=write)
+            # The scene of the context would lend its frame.
+            with bpy.context.temp_override(scene=scene):
+                bpy.ops.render.render("EXEC_DEFAULT", scene=scene.name, write_still=write)
         except RuntimeError as error:
             raise SceneBusyError(f"Blender could not evaluate the scene for rendering: {error}") from error
 

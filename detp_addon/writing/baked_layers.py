@@ -109,6 +109,29 @@ def light_of(mesh: bpy.types.Mesh, name: str) -> dict:
     return PLAIN_LIGHT | (found if isinstance(found, dict) else {})
 
 
+def group_mark(name: str, gain: Sequence[float] = (1.0, 1.0, 1.0)) -> dict:
+    """What is noted of the layer of a light group: its name, and the RGB by which the whole has it multiplied."""
+    return {"name": name, "gain": [float(channel) for channel in gain]}
+
+
+def groups_of(mesh: bpy.types.Mesh, name: str) -> dict[str, dict]:
+    """The layers of light groups that the light in the layer of that ``name`` is mixed of, and the mark of each.
+
+    A slider asks this of all meshes, so the rest of their marks is not looked at.
+    """
+    try:
+        groups = mesh[MARK]["light"][name]["groups"].to_dict()
+    except (KeyError, TypeError, AttributeError):
+        return {}
+    return groups if name in mesh.attributes else {}
+
+
+def note_mixture(mesh: bpy.types.Mesh, name: str, groups: dict[str, dict]) -> None:
+    """Note that the layer of that ``name`` now holds this mixture of ``groups``."""
+    mark = mesh[MARK]
+    mark["layers"][name], mark["light"][name]["groups"] = _checksum(mesh.attributes[name]), groups
+
+
 def holds_light(mesh: bpy.types.Mesh, name: str) -> bool:
     """Whether a bake that left its mark has written the colour layer of that name."""
     marked = name in mesh.color_attributes and name in _mark(mesh)["layers"]

@@ -11,6 +11,7 @@ import bpy
 import numpy as np
 
 from ...core.errors import InvalidSettingError, NotBakedError
+from ..animation.playback import played_frames
 from ..report import Brightness
 from .baked_layers import holds_light, light_of, parts_of, stored_colours
 from .write_attributes import MeshColours, write_layers
@@ -71,7 +72,7 @@ def encoded(
         replace(
             entry,
             layers={name: np.minimum(rgb * scale, limit) for name, rgb in entry.layers.items()},
-            light={"quantity": quantity, "scale": scale},
+            light={"quantity": quantity, "scale": scale} | ({"limit": limit} if math.isfinite(limit) else {}),
             type=encoding.type,
         )
         for entry in colours
@@ -97,22 +98,26 @@ def usual_scale(scene: bpy.types.Scene, attribute: str, without: Iterable[bpy.ty
 def fit_stored(objects: Iterable[bpy.types.Object], attribute: str) -> Brightness:
     """Multiply the light that is stored in the ``attribute`` of ``objects``, so that it fits, and say how bright it is.
 
-    Its direct and indirect parts go with it. Raises NotBakedError when no mesh has light there, or only as bytes.
+    Its direct and indirect parts and its light groups go with it. Raises NotBakedError when no mesh has light there, or
+    only as bytes.
     """
-    entries, names = [], (attribute, *parts_of(attribute))
+    entries = []
     for mesh, obj in {obj.data: obj for obj in objects if obj.type == "MESH"}.items():
         layer = mesh.attributes.get(attribute)
-        if mesh.library is None and holds_light(mesh, attribute) and layer.data_type == "FLOAT_COLOR":
+        plays = played_frames(mesh, attribute) is not None  # whose other frames would stay as they are
+        if mesh.library is None and holds_light(mesh, attribute) and layer.data_type == "FLOAT_COLOR" and not plays:
             light = light_of(mesh, attribute)
+            groups = light.get("groups", {})
+            names = attribute, *parts_of(attribute), *groups
             layers = {
                 name: stored_colours(mesh.attributes[name])[:, :3].astype(np.float64) / light["scale"]
                 for name in names
                 if holds_light(mesh, name)
             }
-            entries.append((MeshColours(obj, layers), light["quantity"], layer.domain))
+            entries.append((MeshColours(obj, layers, groups=groups), light["quantity"], layer.domain))
     if not entries:
         raise NotBakedError(
-            f"No mesh has light as floats in '{attribute}', whose exposure could be changed: bake again with another."
+            f"No mesh has still light as floats in '{attribute}', whose exposure could be changed: bake with another."
         )
     scale = fitted_scale([entry.layers[attribute] for entry, _, _ in entries])
     above = count = 0

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 
 import bpy
 
+from ..animation.playback import is_playback
 from ..reading.render_view import view_as_render
 from ..wording import counted
 
@@ -32,7 +33,8 @@ KEEPS_FACES = frozenset(
 
 def repeats(obj: bpy.types.Object) -> list[str]:
     """Sentences on what the modifiers of an object repeat in a render."""
-    kinds = dict.fromkeys(modifier.type for modifier in obj.modifiers if modifier.show_render)
+    shown = (modifier for modifier in obj.modifiers if modifier.show_render and not is_playback(modifier))
+    kinds = dict.fromkeys(modifier.type for modifier in shown)
     return [REPEATS[kind] for kind in kinds if kind in REPEATS]
 
 
@@ -71,7 +73,7 @@ def apply_modifiers(
 
 
 def _changes_faces(modifier: bpy.types.Modifier) -> bool:
-    return modifier.show_render and modifier.type not in KEEPS_FACES
+    return modifier.show_render and modifier.type not in KEEPS_FACES and not is_playback(modifier)
 
 
 @contextmanager

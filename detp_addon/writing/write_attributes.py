@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 
@@ -30,6 +31,7 @@ class MeshColours:
     type   of the attributes; into bytes Blender itself encodes linear colours as sRGB
     look   rgb (M, 3) for a layer of bytes beside the first that the viewport shows in its place, and look_scale, by
            which they were multiplied; None for no such layer
+    groups what the layers of light groups hold, as group_mark says it; the first of all layers is their mixture
     """
 
     object: bpy.types.Object
@@ -38,6 +40,7 @@ class MeshColours:
     type: str = "FLOAT_COLOR"
     look: np.ndarray | None = None
     look_scale: float = 1.0
+    groups: dict[str, dict] = field(default_factory=dict)
 
 
 def check_attribute_name(name: str) -> None:
@@ -93,13 +96,19 @@ def faces_of(mesh: bpy.types.Mesh, domain: str) -> Faces:
     return Faces(corner_faces(mesh), corner_vertex_indices(mesh), places, domain == "POINT")
 
 
-def write_colours(colours: list[MeshColours], domain: str, shown: str | None = None) -> list[str]:
+def write_colours(
+    colours: list[MeshColours],
+    domain: str,
+    shown: str | None = None,
+    more: Callable[[ExitStack], None] | None = None,
+) -> list[str]:
     """Write every entry's colours to its object's attributes and return notes for the user.
 
     An attribute is made when missing; an existing one of the same type and domain is overwritten but keeps its
     alpha. The attribute ``shown`` becomes the colour that the viewport and render show; other layers stay as they are.
     An object whose mesh has other users gets a copy of its own, so that each holds its own light; the mesh stays
-    with the first of them when all are written. Objects with an :func:`obstacle` must not be passed.
+    with the first of them when all are written. ``more`` writes what belongs to them, and lets the stack that it gets
+    take it back. Objects with an :func:`obstacle` must not be passed.
 
     Raises AttributeNameTakenError or whatever Blender raises; everything written before is then taken back.
     """
@@ -107,6 +116,8 @@ def write_colours(colours: list[MeshColours], domain: str, shown: str | None = N
         copied = _separate_meshes([entry.object for entry in colours], undo)
         for entry in colours:
             write_layers(entry, domain, shown, undo)
+        if more is not None:
+            more(undo)
         undo.pop_all()
     notes = []
     if len(copied) == 1:
@@ -135,6 +146,8 @@ def write_layers(entry: MeshColours, domain: str, shown: str | None, undo: ExitS
     for name, rgb in entry.layers.items():
         _write(entry.object, name, rgb, (entry.type, domain), undo)
     light = dict.fromkeys(entry.layers, entry.light)
+    if entry.groups:
+        light[next(iter(light))] = entry.light | {"groups": entry.groups}
     if look:
         _write(entry.object, look, entry.look, ("BYTE_COLOR", domain), undo)
         light[look] = {"quantity": LOOK, "scale": entry.look_scale}

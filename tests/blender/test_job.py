@@ -14,7 +14,7 @@ from detp.core.errors import (
     UnwritableFileError,
 )
 from detp.core.settings import BakeSettings
-from detp.detp_addon import job
+from detp.detp_addon import found_light
 from detp.detp_addon.job import bake_scene
 from detp.detp_addon.request import BakeRequest
 from detp.detp_addon.writing import write_attributes
@@ -149,13 +149,13 @@ def test_points_of_objects_that_cannot_be_written_are_not_computed(monkeypatch):
     bpy.data.objects["Floor"].data.attributes.new("irradiance", "FLOAT", "POINT")
     # With discs at the points each is baked as it would be alone.
     settings, wanted = replace(SETTINGS, indirect="photons"), []
-    real = job.bake
+    real = found_light.bake
 
     def watched(scene, centres, *others):
         wanted.append(len(centres))
         return real(scene, centres, *others)
 
-    monkeypatch.setattr(job, "bake", watched)
+    monkeypatch.setattr(found_light, "bake", watched)
     report, _ = finished(steps(settings=settings, fit="vertices"))
     assert wanted == [24] and report.points == 24
     alone = colours("Box")

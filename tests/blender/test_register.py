@@ -1,10 +1,12 @@
 import bpy
 import pytest
 from detp import detp_addon
-from detp.detp_addon.panel import operators, panel, properties, result_panel, show_light, use_light
+from detp.detp_addon.panel import animation, mixer, operators, panel, properties, result_panel, show_light, use_light
 
-OPERATORS = (*operators.CLASSES, *show_light.CLASSES, *use_light.CLASSES)
-CLASSES = (*OPERATORS, *panel.CLASSES, *result_panel.CLASSES, properties.DETP_PG_settings)
+PARTS = (operators, show_light, use_light, panel, animation, mixer, result_panel)
+GROUPS = (properties.DETP_PG_settings, animation.DETP_PG_animation, mixer.DETP_PG_mixture, mixer.DETP_PG_light)
+CLASSES = (*(cls for part in PARTS for cls in part.CLASSES), *GROUPS)
+OPERATORS = [cls for cls in CLASSES if issubclass(cls, bpy.types.Operator)]
 
 
 def registered() -> list[type]:
@@ -51,8 +53,8 @@ def test_settings_are_saved_with_the_scene(addon, tmp_path):
 
 def test_everything_a_user_sees_has_a_tooltip(addon):
     kinds = [getattr(bpy.ops.detp, cls.bl_idname.split(".")[1]).get_rna_type() for cls in OPERATORS]
-    for kind in (*kinds, properties.DETP_PG_settings.bl_rna):
-        assert kind.description or kind.identifier == "DETP_PG_settings"
+    for kind in (*kinds, *(group.bl_rna for group in GROUPS)):
+        assert kind.description or kind.identifier in {group.__name__ for group in GROUPS}
         for prop in kind.properties:
             if prop.identifier in ("rna_type", "name") or not prop.is_runtime:
                 continue

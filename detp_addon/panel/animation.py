@@ -1,0 +1,182 @@
+"""The panel's part for light that moves: which frames, which objects, bake it, remove it."""
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, IntProperty, PointerProperty
+
+from ...core.errors import DetpError
+from ..animation.bake_animation import bake_animation
+from ..animation.frames import Frames
+from ..animation.moving import MOVING, is_animated
+from ..animation.playback import animated_objects, remove_playback
+from ..wording import counted, duration
+from . import session
+from .forecasts import forecast_of
+from .idle import Idle
+from .operators import Baking
+from .panel import SidebarTab, settings_column
+from .properties import BakeOptions, attribute_name, bake_request, scene_options
+
+
+class FrameOptions:
+    """What the scene's settings and the operator's arguments have in common."""
+
+    own_range: BoolProperty(
+        name="Own Range",
+        description="Bake other frames than those that the scene renders",
+        default=False,
+        options={"SKIP_SAVE"},
+    )
+    first: IntProperty(name="First", description="The first frame", default=1, options={"SKIP_SAVE"})
+    last: IntProperty(name="Last", description="The last frame", default=48, options={"SKIP_SAVE"})
+    every: IntProperty(
+        name="Every",
+        description="Bake every so many frames, and the last one. The light of those between is blended",
+        default=1,
+        min=1,
+        options={"SKIP_SAVE"},
+    )
+    moving_only: BoolProperty(
+        name="Moving Only",
+        description="Bake objects that do not move once, at the first frame. Smaller, and much faster where most "
+        "stands still, but they show no shadow or light of those that move",
+        default=False,
+        options={"SKIP_SAVE"},
+    )
+
+
+class DETP_PG_animation(FrameOptions, bpy.types.PropertyGroup):
+    """The panel's settings for animations, saved with the scene."""
+
+
+class DETP_OT_bake_animation(FrameOptions, BakeOptions, Baking, bpy.types.Operator):
+    """Bake the light at key frames, and let it play in the meshes' color attributes"""
+
+    bl_idname = "detp.bake_animation"
+    bl_label = "Bake Animation"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def _wants_live(self, _context) -> bool:
+        return False  # one frame's light would be shown on another frame's scene
+
+    def _options(self, context) -> dict:
+        settings = context.scene.detp_animation
+        own = {name: getattr(settings, name) for name in FrameOptions.__annotations__}
+        return super()._options(context) | self._given(own)
+
+    def _steps(self, context, request, options, _live):
+        frames = frames_of(context.scene, options)
+        return bake_animation(context.scene, context.view_layer, request, frames, options["moving_only"])
+
+    def _expected(self, context, request, options) -> float | None:
+        still = forecast_of(context.scene, context.view_layer, request)
+        return None if still is None else still.seconds * len(frames_of(context.scene, options).keys)
+
+    def _remember(self, _context, _seconds) -> None:
+        """What frames took says little of a still bake."""
+
+
+class DETP_OT_remove_animation(Idle, bpy.types.Operator):
+    """Remove the baked animation from the attribute of the panel. The light of its first frame stays"""
+
+    bl_idname = "detp.remove_animation"
+    bl_label = "Remove Animation"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context):
+        """The modifiers and the key frames go."""
+        count = remove_playback(context.scene.objects, attribute_name(context.scene.detp))
+        self.report({"INFO"}, f"Removed the animation from {counted(count, 'object')}.")
+        return {"FINISHED"}
+
+
+class DETP_OT_mark_moving(Idle, bpy.types.Operator):
+    """Say whether the selected objects move, for animations that bake moving ones alone"""
+
+    bl_idname = "detp.mark_moving"
+    bl_label = "Mark as Moving"
+    bl_options = {"REGISTER", "UNDO"}
+
+    moving: EnumProperty(
+        name="Moving",
+        description="Whether the objects move",
+        items=[
+            ("AUTO", "Automatic", "Those move that have keys, drivers, constraints or physics, or whose parents do"),
+            ("YES", "Moving", "They move"),
+            ("NO", "Static", "They do not move"),
+        ],
+        default="YES",
+    )
+
+    def execute(self, context):
+        """Kept as a custom property of each object."""
+        for obj in context.selected_objects:
+            if self.moving != "AUTO":
+                obj[MOVING] = self.moving == "YES"
+            elif MOVING in obj:
+                del obj[MOVING]
+        return {"FINISHED"}
+
+
+class DETP_PT_animation(SidebarTab, bpy.types.Panel):
+    """Animations in the sidebar."""
+
+    bl_label = "Animation"
+    bl_parent_id = "DETP_PT_bake"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        """Which frames; then the buttons, and what it will take."""
+        scene, settings = context.scene, context.scene.detp_animation
+        column = settings_column(self.layout)
+        column.prop(settings, "own_range")
+        if settings.own_range:
+            column.prop(settings, "first")
+            column.prop(settings, "last")
+        column.prop(settings, "every")
+        column.prop(settings, "moving_only")
+        if settings.moving_only and context.object is not None:
+            _draw_moving(column, context.object)
+        if session.running() is not None:
+            return
+        column.operator("detp.bake_animation", icon="RENDER_ANIMATION")
+        try:
+            frames = frames_of(scene, {name: getattr(settings, name) for name in FrameOptions.__annotations__})
+            still = forecast_of(scene, context.view_layer, bake_request(scene_options(scene.detp)))
+        except DetpError as error:
+            column.label(text=str(error), icon="INFO")
+            return
+        if still is not None:
+            count = len(frames.keys)
+            text = f"About {duration(count * still.seconds)} for {counted(count, 'frame')}"
+            column.label(text=text, icon="TIME")
+        if animated_objects(scene.objects, attribute_name(scene.detp)):
+            column.operator("detp.remove_animation", icon="X")
+
+
+def frames_of(scene: bpy.types.Scene, options: dict) -> Frames:
+    """The frames that the operator's arguments mean. Raises InvalidSettingError."""
+    first, last = (options["first"], options["last"]) if options["own_range"] else (scene.frame_start, scene.frame_end)
+    return Frames(first, last, options["every"])
+
+
+def register_animation() -> None:
+    """Give every scene its settings for animations as ``scene.detp_animation``."""
+    bpy.utils.register_class(DETP_PG_animation)
+    bpy.types.Scene.detp_animation = PointerProperty(type=DETP_PG_animation)
+
+
+def unregister_animation() -> None:
+    """Take ``scene.detp_animation`` away; the values stay in the file."""
+    del bpy.types.Scene.detp_animation
+    bpy.utils.unregister_class(DETP_PG_animation)
+
+
+def _draw_moving(layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:
+    """Whether the active object moves, and the choice."""
+    marked = obj.get(MOVING)
+    state = "Moving" if (is_animated(obj) if marked is None else marked) else "Static"
+    layout.label(text=f"{obj.name}: {state}" + (" (automatic)" if marked is None else ""))
+    layout.operator_menu_enum("detp.mark_moving", "moving", text="Selected Objects")
+
+
+CLASSES = (DETP_OT_bake_animation, DETP_OT_remove_animation, DETP_OT_mark_moving, DETP_PT_animation)

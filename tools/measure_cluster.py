@@ -1,11 +1,10 @@
 """How a bake would scale over many workers: from one bake in which each piece of work is timed and its bytes counted.
 
-    python tools/measure_cluster.py SCENE.blend [--quality final] [--processes]
+    python tools/measure_cluster.py SCENE.blend [--quality final]
 
 The pieces go through the same bytes as over a network, one after the other in this process, on one processor. From
 their times a cluster is simulated: pieces go to whichever worker is free; the rest of the bake, packing included, is
 done alone; every byte passes the one link of the machine that bakes, and what all need goes from worker to worker.
-With --processes two workers on this machine are measured beside it.
 """
 
 from __future__ import annotations
@@ -14,6 +13,7 @@ import argparse
 import os
 import time
 import uuid
+from copy import deepcopy
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -22,7 +22,6 @@ import numpy as np
 from detp.core.bake import bake
 from detp.core.cluster.bench import code_identity, worked
 from detp.core.cluster.crew import Crew
-from detp.core.cluster.dask_hands import crew_of
 from detp.core.points import Points
 from detp.core.settings import QUALITIES, BakeSettings
 from detp.core.stages import finished
@@ -71,18 +70,19 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("scene", type=Path)
     parser.add_argument("--quality", choices=tuple(QUALITIES), default="final")
-    parser.add_argument("--processes", action="store_true", help="measure two workers on this machine, too")
     arguments = parser.parse_args()
     scene, points, fit = _read(arguments.scene)
     settings = BakeSettings(quality=arguments.quality)
-    processors = os.sched_getaffinity(0)
-    os.sched_setaffinity(0, {min(processors)})
+    os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
+    # A fit remembers what noise it has seen, so that each bake needs its own.
     begin = time.perf_counter()
-    found = finished(bake(scene, points, settings, fit))
+    found = finished(bake(scene, points, settings, deepcopy(fit)))
     alone = time.perf_counter() - begin
     hands = TimedHands()
     begin = time.perf_counter()
-    parted = finished(bake(scene, points, settings, fit, Crew(hands, uuid.uuid4().hex, scene, points, settings)))
+    parted = finished(
+        bake(scene, points, settings, deepcopy(fit), Crew(hands, uuid.uuid4().hex, scene, points, settings))
+    )
     whole = time.perf_counter() - begin
     assert np.array_equal(found.irradiance, parted.irradiance)
     work = sum(sum(seconds) for seconds, _ in hands.steps)
@@ -96,12 +96,6 @@ def main() -> None:
         times = [_simulated(hands, whole - work, workers, speed) for workers in WORKERS]
         told = ", ".join(f"{workers}: {alone / t:.1f}" for workers, t in zip(WORKERS, times, strict=True))
         print(f"times as fast as alone at {name} by workers: {told}")
-    os.sched_setaffinity(0, processors)
-    if arguments.processes:
-        with crew_of("local", scene, points, settings) as crew:
-            begin = time.perf_counter()
-            finished(bake(scene, points, settings, fit, crew))
-            print(f"with {len(processors)} workers here: {time.perf_counter() - begin:.1f} s")
 
 
 def _simulated(hands: TimedHands, serial: float, workers: int, speed: float) -> float:

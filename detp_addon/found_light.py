@@ -13,6 +13,7 @@ import bpy
 import numpy as np
 
 from ..core.bake import bake
+from ..core.cluster.dask_hands import crew_of
 from ..core.direct.ambient_occlusion import ambient_occlusion
 from ..core.errors import NoLightError, NoMeshError
 from ..core.memory import check_baking
@@ -176,7 +177,8 @@ def _bake_steps(
         surfaces, settings = ambient_occlusion(surfaces, settings)
     try:
         places = Points(points.centres, points.normals, points.inward, points.facing)
-        result = yield from bake(surfaces, places, settings, points.fit)
+        with crew_of(request.cluster, surfaces, places, settings) as crew:
+            result = yield from bake(surfaces, places, settings, points.fit, crew)
     except NoLightError as error:
         raise NoLightError(why_no_light(scene, export.warnings) or str(error)) from None
     yield Progress("Writing the colours", 1.0, result)

@@ -11,20 +11,8 @@ from dataclasses import replace
 
 import bpy
 
-<<<<<<< HEAD
-from ..core.bake import bake
-from ..core.cluster.dask_hands import crew_of
-from ..core.direct.ambient_occlusion import ambient_occlusion
-from ..core.errors import NoLightError, NoMeshError
-from ..core.memory import check_baking, memory_errors_named
-from ..core.points import Points
-from ..core.result import BakeResult, Progress
-from .causes import why_no_light, why_nothing_to_bake
-from .chosen_objects import chosen_objects
-=======
 from ..core.memory import memory_errors_named
 from .animation.playback import hidden_by_playback
->>>>>>> anim
 from .chosen_views import not_baked
 from .found_light import found_light
 from .materials.use_light import refresh_materials
@@ -90,34 +78,3 @@ def _steps(
         view_layer=names[1],
         warnings=(*others, *found.export.warnings, *found.refusals, *gone, *notes, *doubts),
     )
-<<<<<<< HEAD
-
-
-def _bake_steps(
-    scene: bpy.types.Scene, export: ExportedScene, points: BakedPoints, request: BakeRequest, start: float
-) -> Iterator[Progress]:
-    """The steps of the core's bake, the last of which has the result; ``start`` is when the job began."""
-    surfaces, settings = export.scene, request.settings
-    if request.quantity == "ambient-occlusion":
-        surfaces, settings = ambient_occlusion(surfaces, settings)
-    if settings.seconds is not None:
-        # Writing takes about as long as reading did, and the core gets what is left between.
-        reading = time.perf_counter() - start
-        left = settings.seconds - reading - WRITING * len(points.centres)
-        settings = replace(settings, seconds=max(left, LEAST_SECONDS))
-    try:
-        places = Points(points.centres, points.normals, points.inward, points.facing)
-        with crew_of(request.cluster, surfaces, places, settings) as crew:
-            result = yield from bake(surfaces, places, settings, points.fit, crew)
-    except NoLightError as error:
-        raise NoLightError(why_no_light(scene, export.warnings) or str(error)) from None
-    yield Progress("Writing the colours", 1.0, result)
-
-
-def _job_progress(progress: Progress, found: BakeResult | None, passed: float, shown: bool) -> JobProgress:
-    share = progress.fraction
-    remaining = passed * (1 - share) / share if 0.01 < share < 1 else None
-    error = None if found is None or not np.isfinite(found.relative_error) else found.relative_error
-    return JobProgress(progress.phase, share, remaining, error, shown)
-=======
->>>>>>> anim

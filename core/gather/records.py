@@ -133,17 +133,30 @@ def scouted(scene: Scene, caster: RayCaster, points: np.ndarray, normals: np.nda
 class Records:
     """C cells with two records each, where ``landings`` of gather rays from ``points`` points are.
 
-    ``finest`` metres are the sides of the smallest cells; None: as small as the number of records allows.
+    ``finest`` metres are the sides of the smallest cells; None: as small as the number of records allows. ``beside``
+    are records of the same kind whose cells have the same numbers.
 
     Attributes
+    cells  (C,) their numbers
     held   Landings of the 2 C records; those of the second half follow those of the first
+    sides  (C,) metres of the cells
     radii  (2 C,) metres, of their discs
     """
 
-    def __init__(self, caster: RayCaster, landings: Landings, points: int, seed: int, finest: float | None = None):
-        if finest is None:
-            finest = _affordable(caster, landings, points)
-        self._cells = Cells(_corner(caster), finest)
+    def __init__(
+        self,
+        caster: RayCaster,
+        landings: Landings,
+        points: int,
+        seed: int,
+        finest: float | None = None,
+        beside: Records | None = None,
+    ):
+        if beside is None:
+            finest = _affordable(caster, landings, points) if finest is None else finest
+            self._cells = Cells(_corner(caster), finest)
+        else:
+            self._cells = beside._cells
         # What only rays see that are followed on is no part of what is seen from afar.
         landings = landings.taken(np.flatnonzero(landings.lengths > 0.5 * self.near))
         order = random_stream(seed, "records").permutation(len(landings.lengths))
@@ -155,6 +168,7 @@ class Records:
         sides, finest = self._cells.sides(self._cells.levels_of(cells)), self._cells.finest
         self.radii = np.tile(WIDTH * finest * (sides / finest) ** GROWTH, 2)
         cut = _cut(caster, landings, self.held, cell, sides)
+        self.cells, self.sides = cells, sides
         self._table = CellTable(cells, np.where(cut, -1, np.arange(len(cells))))
 
     def __len__(self) -> int:
@@ -174,6 +188,14 @@ class Records:
     def near(self) -> float:
         """Metres: the light where shorter rays land is not looked up."""
         return NEAR * self.finest
+
+    def sides_of(self, lengths: np.ndarray) -> np.ndarray:
+        """Sides (K,) metres of the cells into which rays of these ``lengths`` (K,) metres look."""
+        return self._cells.sides(self._cells.levels(lengths))
+
+    def rows(self, cells: np.ndarray) -> np.ndarray:
+        """The rows (K,) of the ``cells`` of these numbers (K,), -1 where no record tells of the light there."""
+        return self._table.find(cells)
 
     def find(self, landings: Landings, lengths: np.ndarray) -> np.ndarray:
         """The cell (K,) whose records tell of the light at ``landings`` (K), -1 where none does.

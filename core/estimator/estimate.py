@@ -113,6 +113,11 @@ class IrradianceEstimate:
         common = tuple(np.add(self.common, other.common))
         return IrradianceEstimate(*sums, single, self.areas, samples, common)
 
+    def taken(self, rows: np.ndarray) -> IrradianceEstimate:
+        """That of some ``rows`` of points alone."""
+        sums = (getattr(self, name)[rows] for name in ("total", "squares", "repeated", "single", "areas"))
+        return IrradianceEstimate(*sums, self.samples, self.common)
+
     def exchanged(self, gone: IrradianceEstimate, come: IrradianceEstimate) -> IrradianceEstimate:
         """This estimate with what some of its particles brought, ``gone``, exchanged for what has ``come``.
 

@@ -102,9 +102,12 @@ class Landings:
         return Landings(*(np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Landings)))
 
 
-def scouted(scene: Scene, caster: RayCaster, points: np.ndarray, normals: np.ndarray, seed: int) -> Landings:
-    """Where a few gather rays land from ``points`` (N, 3), clear of surfaces, with unit ``normals`` (N, 3)."""
-    wanted = np.clip(SCOUTS * len(points), LEAST_SCOUTS, MOST_SCOUTS)
+def scouted(
+    scene: Scene, caster: RayCaster, points: np.ndarray, normals: np.ndarray, seed: int, least: int = LEAST_SCOUTS
+) -> Landings:
+    """Where a few gather rays, ``least`` or more, land from ``points`` (N, 3), clear of surfaces, with unit ``normals``
+    (N, 3)."""
+    wanted = np.clip(SCOUTS * len(points), least, MOST_SCOUTS)
     sides = [(1.0, BySide(scene.albedo.any(axis=-1, keepdims=True), caster.normals))]
     if scene.translucency is not None:
         sides.append((-1.0, BySide(scene.translucency.any(axis=-1, keepdims=True), caster.normals)))

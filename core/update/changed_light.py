@@ -29,7 +29,7 @@ from .patched_records import PatchedRecords
 
 #: Rays that look for where records are needed around what changed, and from each record to the lights: at first, and
 #: where one of these meets what changed.
-SCOUTS, FIRST_RAYS, MORE_RAYS = 1 << 17, 4, 32
+SCOUTS, FIRST_RAYS, MORE_RAYS = 1 << 17, 2, 32
 
 
 class ChangedRecords:
@@ -76,7 +76,7 @@ class ChangedRecords:
         around = self._seen_around(kept, settings.seed)
         landings = [around.taken(np.flatnonzero(balls.reach(around.places, self._margin(around))))]
         if anew is not None:
-            seen = scouted(self._scene, self._caster, anew.origins, facing, settings.seed)
+            seen = scouted(self._scene, self._caster, anew.origins, facing, settings.seed, least=0)
             cell = records.find(seen, seen.lengths)
             landings.append(seen.taken(np.flatnonzero((cell < 0) | gone.take(cell))))
         fresh = Records(self._caster, Landings.joined(landings), len(kept), settings.seed, beside=records)
@@ -110,16 +110,16 @@ class ChangedRecords:
         """Find the light of all records, and by how much it changed."""
         work, fresh = self._work, self._fresh
         records, patched = work.records, self._patched
-        estimates = {(s.kind, s.half): self._exchanged(s) for s in records.searches}
+        exchanged = {(s.kind, s.half): self._exchanged(s) for s in records.searches}
         for search in fresh.searches:
-            search.gatherer, _ = make_gatherer(settings.gatherer, search.placed.discs, max(len(self._all), 1))
-            samples = next(e.samples for key, e in estimates.items() if key[1] == search.half)
+            search.gatherer, _ = make_gatherer("disc-index", search.placed.discs, max(len(self._all), 1))
+            samples = next(s.estimate.samples for s in records.searches if s.half == search.half)
             search.estimate = self._gathered(search, self._all, samples)
         for _ in fresh.look_at_lights():
             pass
         cells, found = len(records), {name: value.copy() for name, value in records.found.items()}
-        for (kind, half), estimate in estimates.items():
-            found[kind][half * cells : (half + 1) * cells] = estimate.irradiance.value
+        for (kind, half), (rows, value) in exchanged.items():
+            found[kind][half * cells + rows] = value
         found["direct"] += self._more_from_lights(settings.seed)
         more = fresh.found
         self.reflected = ReflectedLight(self._scene, self._caster, self._lights, patched, settings.bounces)
@@ -128,13 +128,15 @@ class ChangedRecords:
         delta = self.reflected.known.take(patched.after, axis=0) - records.reflected.known
         self.delta = np.where(known[:, None], delta, 0.0), known
 
-    def _exchanged(self, search: PhotonSearch) -> IrradianceEstimate:
-        """What ``search`` has found, with the photons' new ways in the place of the old ones."""
+    def _exchanged(self, search: PhotonSearch) -> tuple[np.ndarray, np.ndarray]:
+        """The discs (K,) of ``search`` that photons cross on their old or new ways, and the irradiance (K, 3) there."""
         if len(self._gone) == 0:
-            return search.estimate
+            return np.zeros(0, np.int64), np.zeros((0, 3))
         samples = search.estimate.samples
         old, new = (self._gathered(search, part, samples) for part in (self._gone, self._come))
-        return search.estimate.exchanged(old, new)
+        rows = np.flatnonzero((old.squares + new.squares).any(axis=(1, 2)))
+        whole, gone, come = (estimate.taken(rows) for estimate in (search.estimate, old, new))
+        return rows, whole.exchanged(gone, come).irradiance.value
 
     def _gathered(self, search: PhotonSearch, segments: Segments, samples: int) -> IrradianceEstimate:
         """What ``segments`` bring to the discs of ``search``, some of those of ``samples`` particles."""
@@ -157,11 +159,12 @@ class ChangedRecords:
             count, rows = task
             some = places.taken(rows)
             generator = random_stream(seed, "changes", 4, count, rows[0])
-            sight = Sight.of(changes.balls, some.origins, some.normals, 1.0)
+            sight = Sight.of(changes.balls, some.origins, some.normals, None if count < MORE_RAYS else 0.1)
             row, light = changes.aimed(sight, some, lamps, count, generator)
-            sent = sight.rays(generator)
-            by_chance = changes.by_chance(sent, some, count)
-            row, light = np.concatenate([row, sent.row]), np.concatenate([light, by_chance])
+            if count > FIRST_RAYS:
+                sent = sight.rays(generator)
+                row = np.concatenate([row, sent.row])
+                light = np.concatenate([light, changes.by_chance(sent, some, count)])
             sums = np.stack([np.bincount(row, part, len(rows)) for part in light.T], axis=1)
             return np.bincount(row, light.any(axis=1), len(rows)) > 0, sums
 

@@ -15,6 +15,10 @@ MOST_BALLS, GAP = 8, 0.15
 #: Balls are larger than what they hold by this share, so that rounding leaves nothing out.
 MARGIN = 1e-3
 
+#: Rays into a cone, at least and at most, on average; and for each share of all light that may come from there, where a
+#: ray is followed.
+LEAST_RAYS, MOST_RAYS, FOLLOWING = 1 / 16, 64, 8.0
+
 
 @dataclass(frozen=True)
 class Balls:
@@ -84,6 +88,11 @@ class Rays:
     cosine: np.ndarray
     chance: np.ndarray
 
+    @property
+    def scale(self) -> np.ndarray:
+        """What the radiosity (R,) of a surface that a ray meets counts in the place's irradiance."""
+        return self.cosine / (np.pi * self.chance)
+
     def taken(self, rows: np.ndarray) -> Rays:
         """Those ``rows`` alone."""
         return Rays(*(part.take(rows, axis=0) for part in vars(self).values()))
@@ -94,7 +103,7 @@ class Sight:
     """How P places see K balls: as cones about ``axis`` (K, P, 3), with ``fall`` (K, P) one less the cosine of half
     their angle; the first cone of a place inside a ball has all directions, and an infinite fall.
 
-    ``normals`` (P, 3) are those of the places; ``count`` (K, P) rays are to be sent into each cone.
+    ``normals`` (P, 3) are those of the places; ``count`` (K, P) rays are to be sent into each cone, on average.
     """
 
     axis: np.ndarray
@@ -106,10 +115,10 @@ class Sight:
     def of(cls, balls: Balls, places: np.ndarray, normals: np.ndarray, noise: float | None = None) -> Sight:
         """Of ``balls`` from ``places`` (P, 3) m with unit ``normals`` (P, 3).
 
-        As many rays are to be sent as leave about ``noise`` of all light; None: one.
+        As many rays are to be sent as leave about ``noise`` of all light; None: at most one.
         """
         axis, fall = np.empty((len(balls), len(places), 3)), np.empty((len(balls), len(places)))
-        count = np.zeros((len(balls), len(places)), np.int64)
+        count = np.zeros((len(balls), len(places)))
         inside = np.zeros(len(places), bool)
         for ball, (centre, radius) in enumerate(zip(balls.centres, balls.radii, strict=True)):
             axis[ball], distance = towards(centre - places)
@@ -118,11 +127,11 @@ class Sight:
             fall[ball] = sine**2 / (1.0 + np.sqrt(1.0 - sine**2))
             height = np.einsum("ij,ij->i", axis[ball], normals)
             seen = height > -sine
-            if noise is None:
-                count[ball] = seen
-            else:
-                share = 2.0 * fall[ball] * np.clip(height + sine, 0.0, 1.0)
-                count[ball] = np.where(seen, np.clip(np.ceil((share / noise) ** 2), LEAST_RAYS, MOST_RAYS), 0)
+            share = 2.0 * fall[ball] * np.clip(height + sine, 0.0, 1.0)
+            wanted = (
+                np.minimum(FOLLOWING * share, 1.0) if noise is None else np.minimum((share / noise) ** 2, MOST_RAYS)
+            )
+            count[ball] = np.where(seen, np.maximum(wanted, LEAST_RAYS), 0.0)
         if len(balls):
             fall[0, inside] = np.inf
             count[:, inside] = 0
@@ -145,9 +154,8 @@ class Sight:
 
     def rays(self, generator: np.random.Generator) -> Rays:
         """The rays that are to be sent; none that belongs to another ball's cone or leads behind its place."""
-        ball = np.repeat(np.arange(len(self.count)), self.count.sum(axis=1))
-        row = np.concatenate([np.repeat(np.arange(len(each)), each) for each in (*self.count, np.zeros(0, int))])
-        row = row.astype(np.int64)
+        whole = np.floor(self.count + generator.random(self.count.shape)).astype(np.int64)
+        ball, row = (np.repeat(each.ravel(), whole.ravel()) for each in np.indices(whole.shape))
         uniforms = generator.random((len(row), 2))
         fall, normals = self.fall[ball, row], self.normals.take(row, axis=0)
         whole = np.isinf(fall)
@@ -157,10 +165,6 @@ class Sight:
         kept = np.flatnonzero((cosine > 0) & (self.ball(row, directions) == ball))
         row, ball, cosine = row.take(kept), ball.take(kept), cosine.take(kept)
         return Rays(row, ball, directions.take(kept, axis=0), cosine, self.chance(row, ball, cosine))
-
-
-#: Rays into a cone, at least and at most.
-LEAST_RAYS, MOST_RAYS = 2, 64
 
 
 def _halves(group: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:

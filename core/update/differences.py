@@ -1,9 +1,9 @@
 """By how much light differs between a scene and the same after a change, at places that the change does not touch.
 
 What a place sees differs within the cones of the changed parts, into which rays are sent, in both scenes; elsewhere it
-sees the same surfaces, but in another light. The difference is small beside the light, and so is its noise. It is always
-one to the first scene, so that errors do not add up from update to update, and a scene that is again what it was has
-exactly the light it had.
+sees the same surfaces, but in another light. The difference is small beside the light, and so is its noise. It is
+always one to the first scene, so that errors do not add up from update to update, and a scene that is again what it was
+has exactly the light it had.
 """
 
 from __future__ import annotations
@@ -29,13 +29,14 @@ from ..scene import Scene
 from .changed_places import Balls, Rays, Sight
 
 #: Rays from each point by chance whose landings are kept, a power of two; and to lights.
-VIEWS, AIMED = 16, 4
+VIEWS, AIMED = 16, 2
 
-#: The noise that rays into the changed parts' cones may leave, of all light.
-NOISE = 0.02
+#: The noise that rays may leave which look for differences, over that of the first bake; and the least share of the
+#: views that are followed on where no record tells of the difference.
+NOISE, LEAST_FOLLOWED = 0.3, 1 / 16
 
 #: Points whose rays are cast at a time.
-POINTS_PER_CHUNK = 1 << 12
+POINTS_PER_CHUNK = 1 << 14
 
 
 @dataclass(frozen=True)
@@ -83,12 +84,13 @@ class Sums:
     def add(self, row: np.ndarray, found: np.ndarray, count: np.ndarray | int) -> None:
         """Rays of places ``row`` (R,) brought ``found`` (R, 3): parts of the mean over ``count`` (P,) rays of each."""
         count = np.broadcast_to(count, len(self.value))
-        wider = count / np.maximum(count - 1, 1)
+        # Of few rays, which may as well have been none, the squares tell all.
+        less = np.where(count >= 2, 1.0 / np.maximum(count, 1), 0.0)
         for channel, part in enumerate(found.T):
             total = np.bincount(row, part, len(count))
             squares = np.bincount(row, part**2, len(count))
             self.value[:, channel] += total
-            self.squared[:, channel] += wider * np.maximum(squares - total**2 / np.maximum(count, 1), 0.0)
+            self.squared[:, channel] += np.maximum(squares - less * total**2, 0.0) / (1.0 - less)
 
 
 @dataclass(frozen=True)
@@ -213,7 +215,7 @@ class LightDifferences:
         return found
 
 
-def emitted(sources, rays: Rays, origins, rows, hits: Hits, share, aimed: int) -> np.ndarray:
+def emitted(sources, rays: Rays, origins, rows, hits: Hits, share, aimed: np.ndarray | int) -> np.ndarray:
     """What the ``rows`` (K,) of rays from ``origins`` (R, 3) bring of the lights that they hit, W/m^2 (K, 3), parts of
     the mean: that ``share`` (K, 3) arrives."""
     light = np.zeros((len(rows), 3))
@@ -221,7 +223,7 @@ def emitted(sources, rays: Rays, origins, rows, hits: Hits, share, aimed: int) -
         mine = np.flatnonzero(source.among(hits.triangle))
         at, there = rows.take(mine), (hits.triangle.take(mine), hits.points.take(mine, axis=0))
         radiance, density = source.met(origins.take(at, axis=0), rays.directions.take(at, axis=0), *there)
-        weight = rays.cosine.take(at) / (rays.chance.take(at) + aimed * density)
+        weight = rays.cosine.take(at) / (rays.chance.take(at) + np.broadcast_to(aimed, len(rows)).take(mine) * density)
         light[mine] += radiance * share.take(mine, axis=0) * weight[:, None]
     return light
 
@@ -252,63 +254,94 @@ class Differences:
         self._scenes = (lights.after, lights.before)
         self._reflected, self._records, self._delta, self._known = reflected, records, delta, known
 
-    def at(self, places: Places, views: Views, generator: np.random.Generator) -> tuple[Sums, Sums]:
-        """Direct and indirect light at ``places``, which have these ``views``."""
+    def at(
+        self, places: Places, views: Views, light: np.ndarray, noise: float, generator: np.random.Generator
+    ) -> tuple[Sums, Sums]:
+        """Direct and indirect light at ``places``, which have these ``views`` and had ``light`` (P,), RGB sum, with
+        about that relative ``noise``."""
+        noise, usual = NOISE * noise, NOISE * noise * light
         direct, indirect = Sums(len(places)), Sums(len(places))
-        sight = Sight.of(self._balls, places.origins, places.normals, NOISE)
+        sight = Sight.of(self._balls, places.origins, places.normals, noise)
         row, light = self._lights.aimed(sight, places, self._lamps, AIMED, generator)
         direct.add(row, light, AIMED)
         rays = sight.rays(generator)
         rays = rays.taken(ahead(places, rays.row, rays.directions))
-        light, sent, ways = self._into_cones(rays, places, AIMED, generator)
-        sent += self._followed(ways, len(sent), places.group.take(rays.row), generator)
-        sent *= (rays.cosine / (np.pi * rays.chance))[:, None]
+        differing, same = self._parted(np.arange(len(rays.row)), np.ones((len(rays.row), 3)), rays, places, AIMED)
+        seen, chance, ways = self._by_views(sight, places, views, usual, generator)
+        # Both kinds of rays go on together, those by chance behind the others.
+        views_row = np.repeat(np.arange(len(places)), VIEWS)
+        group = places.group.take(np.concatenate([rays.row, views_row]))
+        ways = Ways.joined([same, ways.owned(len(rays.row) + ways.owner)])
+        more, others = self._followed(ways, group, generator)
+        first, light, sent = self._seen_twice([differing, *others], generator)
+        sent_by_first = more[: len(rays.row)]
+        found = np.zeros_like(sent_by_first)
+        found[differing.owner] = light[:first]
+        sent_by_first[differing.owner] += sent[:first]
+        later = np.concatenate([np.empty(0, np.int64), *(each.owner for each in others)])
+        weight = np.concatenate([np.empty((0, 3)), *(each.weight for each in others)])
+        scale = np.concatenate([np.empty(0), *(each.rays.scale for each in others)])
+        add_rows(more, later, weight * (light[first:] + sent[first:] * scale[:, None]))
+        sent_by_first *= rays.scale[:, None]
         for ball, count in enumerate(sight.count):
             mine = np.flatnonzero(rays.ball == ball)
-            for sums, found in ((direct, light), (indirect, sent)):
-                sums.add(rays.row.take(mine), found.take(mine, axis=0), count)
-        seen = self._by_views(sight, places, views, generator)
-        indirect.add(np.repeat(np.arange(len(places)), VIEWS), seen / VIEWS, VIEWS)
+            for sums, part in ((direct, found), (indirect, sent_by_first)):
+                sums.add(rays.row.take(mine), part.take(mine, axis=0), count)
+        seen += more[len(rays.row) :] / chance[:, None]
+        indirect.add(views_row, seen / VIEWS, VIEWS)
         return direct, indirect
 
-    def _into_cones(self, rays: Rays, places: Places, aimed: int, generator) -> tuple[np.ndarray, np.ndarray, Ways]:
-        """What ``rays`` bring more: of lights W/m^2 (R, 3), parts of the mean, of surfaces that they meet in one scene
-        only the radiosity (R, 3), and the ways of the others."""
+    def _parted(self, owner: np.ndarray, weight: np.ndarray, rays: Rays, places: Places, aimed: int):
+        """``rays`` that may see what changed, and the ways of the others, on which both scenes are alike; the rays
+        belong to ``owner`` (R,), to whom a ``weight`` (R, 3) of what they see comes back."""
         origins = places.origins.take(rays.row, axis=0)
-        light, sent = np.zeros((2, len(origins), 3))
         differ = self._lights.meets(origins, rays.directions, np.full(len(origins), np.inf))
         rows, others = np.flatnonzero(differ), np.flatnonzero(~differ)
-        some, state = rays.taken(rows), generator.bit_generator.state
-        group = places.group.take(some.row)
+        some = rays.taken(rows)
+        differing = Differing(
+            owner.take(rows), weight.take(rows, axis=0), some, origins.take(rows, axis=0),
+            places.group.take(some.row), np.full(len(rows), aimed),
+        )  # fmt: skip
+        ways = self._reflected[0].landed(origins.take(others, axis=0), rays.directions.take(others, axis=0))
+        return differing, ways.owned(others.take(ways.owner))
+
+    def _seen_twice(self, differing: Sequence[Differing], generator) -> tuple[int, np.ndarray, np.ndarray]:
+        """How many rays the first of ``differing`` has, and what all of them see more in the one scene than in the
+        other: light W/m^2 (R, 3), parts of the mean, and radiosity (R, 3)."""
+        rays = Differing.joined(differing)
+        light, sent = np.zeros((2, len(rays.owner), 3))
+        state = generator.bit_generator.state
         for side, reflected, sign in zip(self._scenes, self._reflected, (1.0, -1.0), strict=True):
             # Where both scenes are the same, both rays go the same ways on.
             generator.bit_generator.state = state
-            lights, others_sent = self._seen(side, reflected, some, origins.take(rows, axis=0), group, aimed, generator)
-            light[rows] += sign * lights
-            sent[rows] += sign * others_sent
-        ways = self._reflected[0].landed(origins.take(others, axis=0), rays.directions.take(others, axis=0))
-        return light, sent, ways.owned(others.take(ways.owner))
+            lights, others = self._seen(side, reflected, rays, generator)
+            light += sign * lights
+            sent += sign * others
+        return len(differing[0].owner), light, sent
 
-    def _seen(
-        self, side: Surfaces, reflected, rays: Rays, origins, group, aimed: int, generator
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """The light (R, 3) W/m^2, a part of the mean, and the radiosity (R, 3), that ``rays`` see in one scene."""
-        count = len(origins)
-        spots = Spots(origins, rays.directions, rays.directions, rays.directions, group)
-        look = Look(
-            spots, np.arange(count), 1, 1.0, None, generator, None, np.zeros((count, 3)), nearby=self._lamps
-        )  # fmt: skip
+    def _seen(self, side: Surfaces, reflected, differing: Differing, generator) -> tuple[np.ndarray, np.ndarray]:
+        """The light (R, 3) W/m^2, parts of the mean, and the radiosity (R, 3), that rays see in one scene."""
+        origins, rays, count = differing.origins, differing.rays, len(differing.owner)
+        spots = Spots(origins, rays.directions, rays.directions, rays.directions, differing.group)
+        nothing = np.zeros((count, 3))
+        look = Look(spots, np.arange(count), 1, 1.0, None, generator, None, nothing, nearby=self._lamps)
         light, sent = np.zeros((2, count, 3))
         for surfaces, sources in side.shadows.ways(side.surroundings):
             for rows, hits, share in surfaces.met(origins, rays.directions):
-                light[rows] += emitted(sources, rays, origins, rows, hits, share, aimed)
+                light[rows] += emitted(sources, rays, origins, rows, hits, share, differing.aimed.take(rows))
                 if surfaces is side.shadows.between.surfaces:
                     halves = reflected.sent(look, rows, rays.directions, hits.triangle, hits.points)
                     sent[rows] += share * (0.5 * (halves[:, :3] + halves[:, 3:]))
         return light, sent
 
-    def _by_views(self, sight: Sight, places: Places, views: Views, generator) -> np.ndarray:
-        """By how much the radiosity (P * VIEWS, 3) differs that rays see which meet the same surfaces in both scenes."""
+    def _by_views(
+        self, sight: Sight, places: Places, views: Views, noise: np.ndarray, generator
+    ) -> tuple[np.ndarray, np.ndarray, Ways]:
+        """By how much the radiosity (P * VIEWS, 3) differs where rays meet the same surfaces in both scenes, as far as
+        records tell; the ways of those that are to be followed; and with what chance (P * VIEWS,) they are.
+
+        Where the difference is small beside ``noise`` (P,), RGB sum, few rays are followed that no record tells of.
+        """
         row = np.repeat(np.arange(len(places)), VIEWS)
         outside = sight.ball(row, views.directions) < 0
         known = self._known.take(views.cell)
@@ -319,48 +352,81 @@ class Differences:
         more = self._delta.take(views.cell.take(used), axis=0) * views.share.take(used, axis=0)
         for channel in range(3):
             found[:, channel] = np.bincount(views.ray.take(used), more[:, channel], len(row))
-        again = np.flatnonzero(outside & unknown)
+        usual = np.abs(found).sum(axis=1).reshape(-1, VIEWS).mean(axis=1) / np.maximum(noise, 1e-300)
+        chance = np.clip(usual**2, LEAST_FOLLOWED, 1.0).take(row)
+        again = np.flatnonzero(outside & unknown & (generator.random(len(row)) < chance))
         directions = views.directions.take(again, axis=0).astype(float)
         directions /= np.linalg.norm(directions, axis=1)[:, None]
         ways = self._reflected[0].landed(places.origins.take(row.take(again), axis=0), directions)
-        ways = ways.owned(again.take(ways.owner))
-        return found + self._followed(ways, len(row), places.group.take(row), generator)
+        return found, chance, ways.owned(again.take(ways.owner))
 
-    def _followed(self, ways: Ways, rays: int, group: np.ndarray, generator) -> np.ndarray:
-        """What more comes back (R, 3) of ``rays`` from ``group`` (R,) over ``ways`` that are the same in both scenes."""
-        owners, found = [np.empty(0, np.int64)], [np.empty((0, 3))]
+    def _followed(self, ways: Ways, group: np.ndarray, generator) -> tuple[np.ndarray, list[Differing]]:
+        """What more comes back (R, 3) of rays from ``group`` (R,) over ``ways`` that are alike in both scenes, and the
+        rays at their ends that may see what changed."""
+        found, differing = np.zeros((len(group), 3)), []
         for _ in range(MOST_FOLLOWED):
             cell = self._records.find(ways.landings, ways.lengths)
             known = self._known.take(cell)
             rows = np.flatnonzero(known)
-            owners.append(ways.owner.take(rows))
-            found.append(ways.weight.take(rows, axis=0) * self._delta.take(cell.take(rows), axis=0))
+            more = ways.weight.take(rows, axis=0) * self._delta.take(cell.take(rows), axis=0)
+            add_rows(found, ways.owner.take(rows), more)
             ways = ways.taken(np.flatnonzero(~known)).thinned(generator)
             if len(ways.owner) == 0:
                 break
-            owner, light, onward = self._around(ways, group.take(ways.owner), generator)
-            owners.append(owner)
-            found.append(light)
-            ways = onward
-        owner, found = np.concatenate(owners), np.concatenate(found)
-        return np.stack([np.bincount(owner, column, rays) for column in found.T], axis=1)
+            ways, some = self._around(ways, group.take(ways.owner), found, generator)
+            differing.append(some)
+        return found, differing
 
-    def _around(self, ways: Ways, group: np.ndarray, generator) -> tuple[np.ndarray, np.ndarray, Ways]:
-        """What more comes back from the ends of ``ways``, by whom it is owned, and where it goes on to."""
+    def _around(self, ways: Ways, group: np.ndarray, found: np.ndarray, generator) -> tuple[Ways, Differing]:
+        """Where rays from the ends of ``ways`` go on to, and those that may see what changed; what more comes straight
+        from the lights is added to what their owners have ``found``."""
         normals = ways.landings.normals
         places = Places(ways.landings.stands, normals, normals, group)
         sight = Sight.of(self._balls, places.origins, normals)
         row, light = self._lights.aimed(sight, places, self._lamps, 1, generator)
+        add_rows(found, ways.owner.take(row), ways.weight.take(row, axis=0) * light)
         rays = sight.rays(generator)
-        lights, sent, same = self._into_cones(rays, places, 1, generator)
-        scale = rays.cosine / (np.pi * rays.chance)
-        owners = [ways.owner.take(row), ways.owner.take(rays.row)]
-        found = [ways.weight.take(row, axis=0) * light]
-        found.append(ways.weight.take(rays.row, axis=0) * (lights + sent * scale[:, None]))
-        onward = [same.weighted(scale.take(same.owner)).owned(rays.row.take(same.owner))]
+        weight = ways.weight.take(rays.row, axis=0)
+        differing, same = self._parted(ways.owner.take(rays.row), weight, rays, places, 1)
+        onward = [same.weighted(rays.scale.take(same.owner)).owned(rays.row.take(same.owner))]
         directions = cosine_hemisphere(normals, generator.random((len(places), 2)))
         outside = np.flatnonzero(sight.ball(np.arange(len(places)), directions) < 0)
         past = self._reflected[0].landed(places.origins.take(outside, axis=0), directions.take(outside, axis=0))
         onward.append(past.owned(outside.take(past.owner)))
         going = [ways.onward(part.owner, part.weight, part.landings) for part in onward]
-        return np.concatenate(owners), np.concatenate(found), Ways.joined(going)
+        return Ways.joined(going), differing
+
+
+@dataclass(frozen=True)
+class Differing:
+    """R rays that may see what changed.
+
+    owner    (R,) whom they tell of it, and the ``weight`` (R, 3) of what they see that comes back there
+    rays     where they go
+    origins  (R, 3) metres
+    group    (R,) of what is known of the lamps
+    aimed    (R,) beside how many rays to each light they count
+    """
+
+    owner: np.ndarray
+    weight: np.ndarray
+    rays: Rays
+    origins: np.ndarray
+    group: np.ndarray
+    aimed: np.ndarray
+
+    @staticmethod
+    def joined(parts: Sequence[Differing]) -> Differing:
+        """All rays of ``parts``, of which there is one at least."""
+        arrays = {
+            name: np.concatenate([getattr(part, name) for part in parts])
+            for name in ("owner", "weight", "origins", "group", "aimed")
+        }
+        rays = Rays(*(np.concatenate(each) for each in zip(*(vars(part.rays).values() for part in parts), strict=True)))
+        return Differing(rays=rays, **arrays)
+
+
+def add_rows(total: np.ndarray, rows: np.ndarray, more: np.ndarray) -> None:
+    """Add ``more`` (K, 3) to those ``rows`` (K,) of ``total`` (N, 3), which may come several times."""
+    for channel in range(3):
+        total[:, channel] += np.bincount(rows, more[:, channel], len(total))

@@ -40,7 +40,7 @@ LIMIT = 1 << 31
 
 #: Points nearer to what changed than so many of its radii are found anew, and those of which one of so many rays to the
 #: lights meets it.
-NEAR, PILOTS = 2.0, 4
+NEAR, PILOTS = 2.0, 2
 
 #: Bounces that a session's photons and rays may take at least: of what is cut off, too much would have to be kept.
 LEAST_BOUNCES = 24
@@ -227,12 +227,14 @@ class _Update:
         olds = self._same[kept]
         wanted = np.zeros(len(base.points), bool)
         wanted[olds] = True
+        light = base.result.irradiance.sum(axis=1)
+        noise = float(np.median(base.result.light.relative_errors))
 
         def found(rows: slice):
             generator = random_stream(base.settings.seed, "changes", 1, rows.start)
             if not wanted[rows].any():
                 return np.zeros((4, rows.stop - rows.start, 3))
-            sums = differences.at(base.places.taken(rows), base.views.part(rows), generator)
+            sums = differences.at(base.places.taken(rows), base.views.part(rows), light[rows], noise, generator)
             return np.stack([part for each in sums for part in (each.value, each.squared)])
 
         parts = list(ordered_map(found, slices(len(base.points), POINTS_PER_CHUNK)))
@@ -261,4 +263,6 @@ class _Update:
         if self._fit is not None:
             seen = self._fit.seen(light, np.where(hidden, 0.0, stood["open"]), light)
         seconds = self._stopwatch.seconds
-        return replace(base.result, direct=lights[0], indirect=lights[1], seen=seen, hidden=hidden, **stood, seconds=seconds)
+        return replace(
+            base.result, direct=lights[0], indirect=lights[1], seen=seen, hidden=hidden, **stood, seconds=seconds
+        )

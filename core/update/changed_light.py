@@ -29,7 +29,7 @@ from .patched_records import PatchedRecords
 
 #: Rays that look for where records are needed around what changed, and from each record to the lights: at first, and
 #: where one of these meets what changed.
-SCOUTS, FIRST_RAYS, MORE_RAYS = 1 << 17, 2, 32
+SCOUTS, FIRST_RAYS, MORE_RAYS = 1 << 16, 1, 32
 
 
 class ChangedRecords:

@@ -29,11 +29,11 @@ from ..scene import Scene
 from .changed_places import Balls, Rays, Sight
 
 #: Rays from each point by chance whose landings are kept, a power of two; and to lights.
-VIEWS, AIMED = 16, 2
+VIEWS, AIMED = 16, 1
 
 #: The noise that rays may leave which look for differences, over that of the first bake; and the least share of the
 #: views that are followed on where no record tells of the difference.
-NOISE, LEAST_FOLLOWED = 0.3, 1 / 16
+NOISE, LEAST_FOLLOWED = 0.3, 1 / 32
 
 #: Points whose rays are cast at a time.
 POINTS_PER_CHUNK = 1 << 14
@@ -363,28 +363,32 @@ class Differences:
     def _followed(self, ways: Ways, group: np.ndarray, generator) -> tuple[np.ndarray, list[Differing]]:
         """What more comes back (R, 3) of rays from ``group`` (R,) over ``ways`` that are alike in both scenes, and the
         rays at their ends that may see what changed."""
-        found, differing = np.zeros((len(group), 3)), []
+        owners, found, differing = [np.empty(0, np.int64)], [np.empty((0, 3))], []
         for _ in range(MOST_FOLLOWED):
             cell = self._records.find(ways.landings, ways.lengths)
             known = self._known.take(cell)
             rows = np.flatnonzero(known)
-            more = ways.weight.take(rows, axis=0) * self._delta.take(cell.take(rows), axis=0)
-            add_rows(found, ways.owner.take(rows), more)
+            owners.append(ways.owner.take(rows))
+            found.append(ways.weight.take(rows, axis=0) * self._delta.take(cell.take(rows), axis=0))
             ways = ways.taken(np.flatnonzero(~known)).thinned(generator)
             if len(ways.owner) == 0:
                 break
-            ways, some = self._around(ways, group.take(ways.owner), found, generator)
+            ways, some, owner, light = self._around(ways, group.take(ways.owner), generator)
             differing.append(some)
-        return found, differing
+            owners.append(owner)
+            found.append(light)
+        more = np.zeros((len(group), 3))
+        add_rows(more, np.concatenate(owners), np.concatenate(found))
+        return more, differing
 
-    def _around(self, ways: Ways, group: np.ndarray, found: np.ndarray, generator) -> tuple[Ways, Differing]:
-        """Where rays from the ends of ``ways`` go on to, and those that may see what changed; what more comes straight
-        from the lights is added to what their owners have ``found``."""
+    def _around(self, ways: Ways, group: np.ndarray, generator) -> tuple[Ways, Differing, np.ndarray, np.ndarray]:
+        """Where rays from the ends of ``ways`` go on to, and those that may see what changed; and to which owners (K,)
+        what more (K, 3) comes back straight from the lights."""
         normals = ways.landings.normals
         places = Places(ways.landings.stands, normals, normals, group)
         sight = Sight.of(self._balls, places.origins, normals)
         row, light = self._lights.aimed(sight, places, self._lamps, 1, generator)
-        add_rows(found, ways.owner.take(row), ways.weight.take(row, axis=0) * light)
+        owner, light = ways.owner.take(row), ways.weight.take(row, axis=0) * light
         rays = sight.rays(generator)
         weight = ways.weight.take(rays.row, axis=0)
         differing, same = self._parted(ways.owner.take(rays.row), weight, rays, places, 1)
@@ -394,7 +398,7 @@ class Differences:
         past = self._reflected[0].landed(places.origins.take(outside, axis=0), directions.take(outside, axis=0))
         onward.append(past.owned(outside.take(past.owner)))
         going = [ways.onward(part.owner, part.weight, part.landings) for part in onward]
-        return Ways.joined(going), differing
+        return Ways.joined(going), differing, owner, light
 
 
 @dataclass(frozen=True)

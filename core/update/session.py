@@ -39,8 +39,8 @@ from .matching import same_lights, same_points, same_triangles
 LIMIT = 1 << 31
 
 #: Points nearer to what changed than so many of its radii are found anew, and those of which one of so many rays to the
-#: lights meets it.
-NEAR, PILOTS = 2.0, 2
+#: lights meets it; there are more in the neighbourhood of such points.
+NEAR, PILOTS, MORE_PILOTS = 1.5, 1, 8
 
 #: Bounces that a session's photons and rays may take at least: of what is cut off, too much would have to be kept.
 LEAST_BOUNCES = 24
@@ -107,6 +107,11 @@ class _Base:
     def places(self) -> Places:
         """From where the points look."""
         return Places(self.work.places.origins, self.points.normals, self.points.facing, self.work.rays.group)
+
+    @cached_property
+    def by_rays(self) -> Irradiance:
+        """All light, with the errors by rays alone."""
+        return self.work.rays.irradiance + self.work.rays.reflected
 
     @cached_property
     def views(self) -> Views:
@@ -177,17 +182,24 @@ class _Update:
         anew |= balls.distances(self._points.centres) < NEAR
         if len(balls) == 0:
             return anew
-        lamps, rows = base.work.rays.nearby.of_lamps(), np.flatnonzero(~anew)
+        lamps, group = base.work.rays.nearby.of_lamps(), base.places.group[self._same]
 
-        def shaded(part: slice) -> np.ndarray:
-            some = base.places.taken(self._same[rows[part]])
-            generator = random_stream(base.settings.seed, "changes", 0, part.start)
+        def shaded(task: tuple[int, np.ndarray]) -> np.ndarray:
+            count, rows = task
+            some = base.places.taken(self._same[rows])
+            generator = random_stream(base.settings.seed, "changes", 0, count, rows[0])
             sight = Sight.of(balls, some.origins, some.normals)
-            row, light = self._changes.aimed(sight, some, lamps, PILOTS, generator)
-            return part.start + np.unique(row[light.any(axis=1)])
+            row, light = self._changes.aimed(sight, some, lamps, count, generator)
+            return rows[np.unique(row[light.any(axis=1)])]
 
-        for found in ordered_map(shaded, slices(len(rows), POINTS_PER_CHUNK)):
-            anew[rows[found]] = True
+        rows = np.flatnonzero(~anew)
+        for count in (PILOTS, MORE_PILOTS):
+            blocks = [rows[part] for part in slices(len(rows), POINTS_PER_CHUNK)]
+            for found in ordered_map(shaded, [(count, block) for block in blocks]):
+                anew[found] = True
+            around = np.zeros(group.max() + 1, bool)
+            around[group[rows[anew[rows]]]] = True
+            rows = rows[around[group[rows]] & ~anew[rows]]
         return anew
 
     def _stand(self, rows: np.ndarray) -> Standpoints | None:
@@ -199,7 +211,9 @@ class _Update:
         return Standpoints.joined(list(standpoints(self._caster, points.centres[rows], points.facing[rows], inward)))
 
     def _find_anew(self, rows: np.ndarray, places: Standpoints | None, records: ChangedRecords):
-        """Direct and reflected light at the points ``rows``, two Irradiance; None without any."""
+        """Direct and reflected light at the points ``rows``, and both with the errors by rays alone; None without any.
+
+        Three Irradiance."""
         if places is None:
             return None
         base, points = self._base, self._points
@@ -211,7 +225,7 @@ class _Update:
             pass
         spread = rays.reflected_spread(base.work.records.common_error)
         noise = Irradiance(np.zeros_like(spread.value), spread.standard_error)
-        return rays.irradiance, rays.reflected + noise
+        return rays.irradiance, rays.reflected + noise, rays.irradiance + rays.reflected
 
     def _differences(self, records: ChangedRecords, kept: np.ndarray):
         """By how much direct and indirect light differ at the ``kept`` points (N,): two Irradiance."""
@@ -243,8 +257,8 @@ class _Update:
 
     def _joined(self, anew: np.ndarray, places: Standpoints | None, found, more) -> BakeResult:
         base, olds = self._base, self._same[~anew]
-        lights = []
-        for number, light in enumerate((base.result.direct, base.result.indirect)):
+        lights, more = [], (*more, more[0] + more[1])
+        for number, light in enumerate((base.result.direct, base.result.indirect, base.by_rays)):
             value, error = np.zeros((2, len(anew), 3))
             known = Irradiance(light.value[olds], light.standard_error[olds]) + more[number]
             value[~anew], error[~anew] = known.value, known.standard_error
@@ -261,7 +275,7 @@ class _Update:
         seen = light = lights[0] + lights[1]
         hidden = hidden_points(np.zeros(len(anew), bool), stood.pop("enclosed"), light.value)
         if self._fit is not None:
-            seen = self._fit.seen(light, np.where(hidden, 0.0, stood["open"]), light)
+            seen = self._fit.seen(light, np.where(hidden, 0.0, stood["open"]), lights[2])
         seconds = self._stopwatch.seconds
         return replace(
             base.result, direct=lights[0], indirect=lights[1], seen=seen, hidden=hidden, **stood, seconds=seconds

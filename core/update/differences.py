@@ -353,7 +353,7 @@ class Differences:
         for channel in range(3):
             found[:, channel] = np.bincount(views.ray.take(used), more[:, channel], len(row))
         usual = np.abs(found).sum(axis=1).reshape(-1, VIEWS).mean(axis=1) / np.maximum(noise, 1e-300)
-        chance = np.clip(usual**2, LEAST_FOLLOWED, 1.0).take(row)
+        chance = np.clip(np.minimum(usual, 1.0) ** 2, LEAST_FOLLOWED, 1.0).take(row)
         again = np.flatnonzero(outside & unknown & (generator.random(len(row)) < chance))
         directions = views.directions.take(again, axis=0).astype(float)
         directions /= np.linalg.norm(directions, axis=1)[:, None]

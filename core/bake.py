@@ -26,6 +26,7 @@ from .photons.distant_light import wanted_box
 from .photons.emission import lights_of
 from .photons.guiding import learn_guide
 from .photons.light_shares import seen_shares
+from .photons.photon_journal import PhotonJournal
 from .photons.photon_light import PhotonLight, PhotonSearch
 from .photons.tracing import PhotonTracer
 from .points import Points
@@ -76,7 +77,8 @@ def bake(
 class Baking:
     """A bake as it goes on: its stages, each of which leaves to the next ones what it has found.
 
-    Attributes, once :meth:`place_discs` is done: ``disc``, the radius at the points themselves, and ``tracer``.
+    A ``journal`` keeps what its photons do. Attributes, once :meth:`place_discs` is done: ``disc``, the radius at the
+    points themselves, ``tracer``, and in ``tracing`` what that was made of beside the scene.
     """
 
     def __init__(
@@ -86,19 +88,21 @@ class Baking:
         settings: BakeSettings,
         fit: VertexFit | None = None,
         crew: Crew | None = None,
+        journal: PhotonJournal | None = None,
     ):
         if settings.radius is not None:
             check_radius(settings.radius, scene)
-        self._scene, self._points, self._settings, self._fit, self._crew = scene, points, settings, fit, crew
+        self._scene, self._points, self._settings, self._fit = scene, points, settings, fit
+        self._crew, self._journal = crew, journal
         self._start = time.perf_counter()
         self._stopwatch = Stopwatch("radius", "place", "shadow", "trace", "gather")
         self._plain, self._by_photons = settings.estimator == "plain", settings.direct_by == "photons"
         self._bounces = settings.bounces if settings.indirect_by != "off" else 0
-        self._gathers = settings.indirect_by == "gather" and settings.bounces > 0
-        self._rays: DirectLight | None = None
-        self._records: RecordLight | None = None
-        self._searches: list[PhotonSearch] = []  # at the points themselves
-        self._photons: PhotonLight | None = None
+        self.gathers = settings.indirect_by == "gather" and settings.bounces > 0
+        self.rays: DirectLight | None = None
+        self.records: RecordLight | None = None
+        self.searches: list[PhotonSearch] = []  # at the points themselves
+        self.photons: PhotonLight | None = None
         self._names = "none", "No photons were searched."
         self._by_rays = Irradiance.dark(len(points))
         self._emitted = np.zeros(3)
@@ -108,58 +112,56 @@ class Baking:
         points, timed = self._points, self._stopwatch.timed
         yield Progress("Placing the points", 0.0)
         with self._stopwatch("place"):
-            self._caster = RayCaster(self._scene.corners, points.centres)
+            self.caster = RayCaster(self._scene.corners, points.centres)
         began = self._stopwatch.seconds["place"]
         if self._crew is not None:
             finding = self._crew.standpoints()
         elif self._plain:
-            finding = plain_standpoints(self._caster, points.centres, points.facing)
+            finding = plain_standpoints(self.caster, points.centres, points.facing)
         else:
-            finding = standpoints(self._caster, points.centres, points.facing, points.inward)
+            finding = standpoints(self.caster, points.centres, points.facing, points.inward)
         found = yield from _during("Placing the points", 0.0, timed("place", collected(finding)))
-        self._places = Standpoints.joined(found)
+        self.places = Standpoints.joined(found)
         self._standing = self._stopwatch.seconds["place"] - began
 
     def cast_first_rays(self) -> Stage[None]:
         """Direct light first: it needs no photons, and is what a user sees soonest."""
         points, settings = self._points, self._settings
-        self._shining = lights_of(self._scene)
-        lights = self._shining if settings.direct_by == "shadow-rays" else []
-        if lights or self._gathers:
-            stands = Stands(points.centres, self._places.origins, None if points.flat else points.facing)
-            self._rays = DirectLight(self._scene, self._caster, stands, points.normals, settings, lights, self._crew)
+        self.shining = lights_of(self._scene)
+        lights = self.shining if settings.direct_by == "shadow-rays" else []
+        if lights or self.gathers:
+            stands = Stands(points.centres, self.places.origins, None if points.flat else points.facing)
+            self.rays = DirectLight(self._scene, self.caster, stands, points.normals, settings, lights, self._crew)
         if lights:
-            rounds = self._rays.rounds(0, first_rounds(self._rays, settings, self._start))
+            rounds = self.rays.rounds(0, first_rounds(self.rays, settings, self._start))
             yield from _during("Casting shadow rays", 0.0, self._stopwatch.timed("shadow", rounds))
-            self._by_rays = self._rays.irradiance
+            self._by_rays = self.rays.irradiance
             yield Progress("Casting shadow rays", 0.0, self._only_direct())
 
     def place_records(self) -> Stage[None]:
         """Find where gather rays land, and what lights shine there."""
-        if not self._gathers:
+        if not self.gathers:
             return
         scene, settings, timed = self._scene, self._settings, self._stopwatch.timed
         with self._stopwatch("place"):
-            landings = scouted(scene, self._caster, self._places.origins, self._points.facing, settings.seed)
+            landings = scouted(scene, self.caster, self.places.origins, self._points.facing, settings.seed)
             side = None if settings.radius is None else settings.radius / WIDTH
-            held = Records(self._caster, landings, len(self._points), settings.seed, side)
-            self._records = RecordLight(
-                scene, self._caster, held, settings, self._shining, self._by_photons, self._crew
-            )
-        self._gathers = len(held) > 0
-        if not self._gathers:
+            held = Records(self.caster, landings, len(self._points), settings.seed, side)
+            self.records = RecordLight(scene, self.caster, held, settings, self.shining, self._by_photons, self._crew)
+        self.gathers = len(held) > 0
+        if not self.gathers:
             return
         yield Progress("Placing the records", 0.0)
         kinds = ["direct"] if self._by_photons else []
         kinds += ["indirect"] if settings.bounces > 1 else []
-        yield from _during("Placing the records", 0.0, timed("place", self._records.place(kinds)))
-        yield from _during("Lighting the records", 0.0, timed("shadow", self._records.look_at_lights()))
-        self._records.update()
-        self._rays.gather(self._records.reflected, self._shining)
+        yield from _during("Placing the records", 0.0, timed("place", self.records.place(kinds)))
+        yield from _during("Lighting the records", 0.0, timed("shadow", self.records.look_at_lights()))
+        self.records.update()
+        self.rays.gather(self.records.reflected, self.shining)
 
     def place_discs(self) -> Stage[None]:
         """Make ready for photons: the discs that are at points themselves, and where photons are worth tracing."""
-        scene, points, settings, caster = self._scene, self._points, self._settings, self._caster
+        scene, points, settings, caster = self._scene, self._points, self._settings, self.caster
         kinds = self._kinds()
         yield Progress("Choosing the radius", 0.0)
         with self._stopwatch("radius"):
@@ -169,15 +171,17 @@ class Baking:
                 found = self._by_rays.value
                 self.disc = chosen_radius(scene, caster, points.centres, points.normals, settings, found, kinds)
         with self._stopwatch("trace"):
-            looking = self._records.looking if self._gathers else (self._places.origins, points.normals)
+            looking = self.records.looking if self.gathers else (self.places.origins, points.normals)
             seen = None
-            if kinds or self._gathers:
-                seen = seen_shares(self._shining, Shadows(scene, caster), *looking, settings.seed)
+            if kinds or self.gathers:
+                seen = seen_shares(self.shining, Shadows(scene, caster), *looking, settings.seed)
             # Light that is to be reflected must meet a surface there; discs, which find the direct light, stick out.
             box = None if self._by_photons else wanted_box(looking[0], scene.bounds)
-            reach = max(self.disc.radius, self._records.radius if self._records is not None else 0.0)
+            reach = max(self.disc.radius, self.records.radius if self.records is not None else 0.0)
             bounds = scene.bounds.expanded(2 * reach)
-            self.tracer = PhotonTracer(scene, caster, bounds, self._bounces, self._by_photons, seen, box)
+            self.tracing = bounds, self._bounces, self._by_photons, seen, box
+            tracer = PhotonTracer(scene, caster, *self.tracing)
+            self.tracer = tracer if self._journal is None else tracer.keeping_all()
             self._emitted = self.tracer.emitted_flux
         if kinds:
             discs = TangentDiscs.of_radius(points.centres, points.normals, self.disc.radius)
@@ -189,9 +193,11 @@ class Baking:
                 placing = place(discs, points.inward, every, points.facing)
             parts = self._stopwatch.timed("place", collected(placing))
             placed = VisibleDiscs.joined((yield from _during("Placing the discs", 0.0, parts)))
-            self._searches = [PhotonSearch(kind, placed) for kind in kinds]
-        searches = self._searches + (self._records.searches if self._gathers else [])
-        self._photons = PhotonLight(self.tracer, searches, settings.seed) if searches else None
+            self.searches = [PhotonSearch(kind, placed) for kind in kinds]
+        searches = self.searches + (self.records.searches if self.gathers else [])
+        self.photons = PhotonLight(self.tracer, searches, settings.seed) if searches else None
+        if self.photons is not None:
+            self.photons.journal = self._journal
 
     def _kinds(self) -> list[str]:
         """What photons bring to discs at the points: caustics, where surfaces turn light, are never gathered."""
@@ -204,8 +210,8 @@ class Baking:
 
     def refine(self) -> Stage[BakeResult]:
         """Cast more rays or trace more photons, whatever mends more in its time, until it is enough."""
-        cells = len(self._records) if self._gathers else 0
-        refinement = Refinement(self._settings, self._rays, self._photons, self._stopwatch, self._start, cells)
+        cells = len(self.records) if self.gathers else 0
+        refinement = Refinement(self._settings, self.rays, self.photons, self._stopwatch, self._start, cells)
         result, *mended = self._found()
         refinement.observe(*mended, result.seen)
         while (step := refinement.next()) is not None:
@@ -220,29 +226,29 @@ class Baking:
 
     def _cast(self, rounds: int, refinement: Refinement) -> Stage[None]:
         """Cast so many ``rounds`` of rays more from the points."""
-        rays, known = self._rays, self._part("indirect").value
+        rays, known = self.rays, self._part("indirect").value
         work = rays.rounds(rays.done, rays.done + rounds, known, refinement.missing)
         yield from _during("Casting rays", refinement.fraction, self._stopwatch.timed("shadow", work))
         self._by_rays = rays.irradiance
 
     def _trace(self, photons: int, refinement: Refinement, light: np.ndarray) -> Stage[None]:
         """Trace so many ``photons`` more, where ``light`` (N, 3) W/m^2 is known at the points."""
-        done = self._photons.particles
+        done = self.photons.particles
         if done == 0:
-            likely = refinement.likely(self.disc.photons if self._searches else photons)
+            likely = refinement.likely(self.disc.photons if self.searches else photons)
             self._names = yield from _during("Aiming the lights", refinement.fraction, self._aim(likely, light))
-        elif self._gathers:
-            looking = self._stopwatch.timed("shadow", self._records.look_at_lights(photons / done))
+        elif self.gathers:
+            looking = self._stopwatch.timed("shadow", self.records.look_at_lights(photons / done))
             yield from _during("Lighting the records", refinement.fraction, looking)
-        for phase in self._photons.batch(photons, self._stopwatch):
+        for phase in self.photons.batch(photons, self._stopwatch):
             yield Progress(phase, refinement.fraction)
-        if self._gathers:
-            self._records.update()
+        if self.gathers:
+            self.records.update()
 
     def _aim(self, likely: int, light: np.ndarray) -> Generator[None, None, tuple[str, str]]:
         """Choose the searches' gatherers for so many ``likely`` photons, and aim the lights; the first one's name and
         why, where ``light`` (N, 3) W/m^2 is known at the points."""
-        settings, searches = self._settings, self._photons.searches
+        settings, searches = self._settings, self.photons.searches
         with self._stopwatch("gather"):
             sample = self.tracer.trace(SAMPLE_PHOTONS, random_stream(settings.seed, "sample")).segments
             for search in searches:
@@ -257,27 +263,27 @@ class Baking:
         first = searches[0]
         known = light if first.half is None else np.zeros((len(first.placed.discs), 3))
         aiming = learn_guide(self.tracer, first.gatherer, first.placed, first.kind, known, settings.seed, likely)
-        self._photons.aim((yield from self._stopwatch.timed("trace", aiming)))
+        self.photons.aim((yield from self._stopwatch.timed("trace", aiming)))
         return names
 
     def _part(self, kind: str) -> Irradiance:
         """That ``kind`` of light by discs at the points themselves."""
-        found = (s.estimate.irradiance for s in self._searches if s.kind == kind)
+        found = (s.estimate.irradiance for s in self.searches if s.kind == kind)
         return sum(found, Irradiance.dark(len(self._points)))
 
     def _found(self) -> tuple[BakeResult, Irradiance, Irradiance]:
         """What has been found, and of it what more rays, and what more photons would mend."""
         direct, indirect = self._by_rays + self._part("direct"), self._part("indirect") + self._part("caustic")
-        at_points = sum((s.estimate.noise for s in self._searches), Irradiance.dark(len(self._points)))
+        at_points = sum((s.estimate.noise for s in self.searches), Irradiance.dark(len(self._points)))
         mended = self._by_rays, at_points
-        if self._gathers:
-            reflected, spread = self._rays.reflected, self._rays.reflected_spread(self._records.common_error)
+        if self.gathers:
+            reflected, spread = self.rays.reflected, self.rays.reflected_spread(self.records.common_error)
             indirect = indirect + reflected + Irradiance(np.zeros_like(spread.value), spread.standard_error)
             mended = self._by_rays + reflected, at_points + spread
         light = direct + indirect
         hidden, seen = self._hidden(light), light
         if self._fit is not None:
-            seen = self._fit.seen(light, np.where(hidden, 0.0, self._places.open), mended[0])
+            seen = self._fit.seen(light, np.where(hidden, 0.0, self.places.open), mended[0])
         return self._result(direct, indirect, seen, hidden), *mended
 
     def _only_direct(self) -> BakeResult:
@@ -288,25 +294,25 @@ class Baking:
 
     def _hidden(self, light: Irradiance) -> np.ndarray:
         """Which points (N,) no light can reach, where ``light`` has been found."""
-        covered = self._searches[0].placed.area.hidden if self._searches else np.zeros(len(self._points), bool)
-        return hidden_points(covered, self._places.enclosed, light.value)
+        covered = self.searches[0].placed.area.hidden if self.searches else np.zeros(len(self._points), bool)
+        return hidden_points(covered, self.places.enclosed, light.value)
 
     def _result(self, direct: Irradiance, indirect: Irradiance, seen: Irradiance, hidden: np.ndarray) -> BakeResult:
-        photons, records = self._photons, self._records
-        radius = self.disc.radius if self._searches else records.radius if records is not None else 0.0
+        photons, records = self.photons, self.records
+        radius = self.disc.radius if self.searches else records.radius if records is not None else 0.0
         return BakeResult(
             direct=direct,
             indirect=indirect,
             seen=seen,
             hidden=hidden,
-            open=self._places.open,
-            coarse=self._places.coarse,
+            open=self.places.open,
+            coarse=self.places.coarse,
             radius=radius,
             gatherer=self._names[0],
             reason=self._names[1],
             photons=0 if photons is None else photons.particles,
             segments=0 if photons is None else photons.segments,
-            shadow_rays=sum(cast.rays for cast in (self._rays, records) if cast is not None),
+            shadow_rays=sum(cast.rays for cast in (self.rays, records) if cast is not None),
             seconds=self._stopwatch.seconds,
             emitted_flux=self._emitted,
             cut_flux=np.zeros(3) if photons is None else photons.cut_flux,

@@ -64,6 +64,14 @@ class ClusterError(DetpError):
     """A bake's workers cannot be reached, do not suit, or are gone."""
 
 
+class SessionTooLargeError(DetpError):
+    """What an update of a bake needs of it is too much to be kept."""
+
+
+class NotUpdatableError(DetpError):
+    """A scene differs so much, or in such a way, from the baked one that its light cannot be updated."""
+
+
 class SceneBusyError(DetpError):
     """Blender cannot evaluate the scene now, because it is rendering already."""
 

@@ -171,6 +171,11 @@ class DirectLight:
         """Means (N,) of ``values`` (N,) over the group of each point."""
         return self._groups.means(values[self._groups.order])[self._place]
 
+    @property
+    def group(self) -> np.ndarray:
+        """Of :attr:`nearby` the group (N,) that each point belongs to."""
+        return self._groups.group.take(self._place)
+
     def _direct(self, light: np.ndarray) -> np.ndarray:
         return self._exact + self._by_lamps.mean(light) + self._by_surroundings.mean(light)
 

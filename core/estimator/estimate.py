@@ -113,6 +113,29 @@ class IrradianceEstimate:
         common = tuple(np.add(self.common, other.common))
         return IrradianceEstimate(*sums, single, self.areas, samples, common)
 
+    def taken(self, rows: np.ndarray) -> IrradianceEstimate:
+        """That of some ``rows`` of points alone."""
+        sums = (getattr(self, name)[rows] for name in ("total", "squares", "repeated", "single", "areas"))
+        return IrradianceEstimate(*sums, self.samples, self.common)
+
+    def exchanged(self, gone: IrradianceEstimate, come: IrradianceEstimate) -> IrradianceEstimate:
+        """This estimate with what some of its particles brought, ``gone``, exchanged for what has ``come``.
+
+        Both count the same ``samples`` as this one.
+        """
+        sums = [getattr(self, name) - getattr(gone, name) + getattr(come, name) for name in ("total", "squares")]
+        repeated = self.repeated - gone.repeated + come.repeated
+        common = tuple(np.add(np.subtract(self.common, gone.common), come.common))
+        # Differences of what is equal leave rounding, which must not become light or negative squares.
+        rounding = _ROUNDING * (self.squares + come.squares)
+        sums[1] = np.where(sums[1] > rounding, sums[1], 0.0)
+        sums[0] = np.where(sums[1] > 0.0, sums[0], 0.0)
+        return IrradianceEstimate(*sums, repeated, self.single, self.areas, self.samples, common)
+
+
+#: Of sums, the share that differences of them may be off by.
+_ROUNDING = 1e-12
+
 
 def _student(freedom: int) -> float:
     """The 97.5 % quantile of Student's t over that of the normal distribution (Abramowitz and Stegun 26.7.5)."""

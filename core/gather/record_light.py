@@ -46,54 +46,54 @@ class RecordLight:
         by_photons: bool,
         crew: Crew | None = None,
     ):
-        self._caster, self._records, self._settings, self._crew = caster, records, settings, crew
+        self._caster, self.records, self._settings, self._crew = caster, records, settings, crew
         self.reflected = ReflectedLight(scene, caster, lights, records.finder, settings.bounces)
         self.searches: list[PhotonSearch] = []
         self.common_error = 0.0
-        self._rays = None
+        self.shadow_rays = None
         if lights and len(records) and not by_photons:
             held = records.held
-            self._rays = DirectLight(scene, caster, held.stands, held.normals, settings, lights, crew)
+            self.shadow_rays = DirectLight(scene, caster, held.stands, held.normals, settings, lights, crew)
         if crew is not None:
             crew.know_records(records.finder)
 
     def __len__(self) -> int:
-        return len(self._records)
+        return len(self.records)
 
     @property
     def radius(self) -> float:
         """Of the records' smallest discs, metres."""
-        return WIDTH * self._records.finder.finest
+        return WIDTH * self.records.finder.finest
 
     @property
     def looking(self) -> tuple[np.ndarray, np.ndarray]:
         """From where (2 C, 3) m the records look for light, and their unit normals (2 C, 3)."""
-        return self._records.held.stands, self._records.held.normals
+        return self.records.held.stands, self.records.held.normals
 
     def look_at_lights(self, times: float = 1.0) -> Iterator[None]:
         """Cast shadow rays from the records, step by step: the first rounds, then as many ``times`` those before."""
-        if self._rays is None or (self._rays.done and self._rays.exact):
+        if self.shadow_rays is None or (self.shadow_rays.done and self.shadow_rays.exact):
             return
-        done = self._rays.done
-        rounds = (
-            min(int(np.ceil(times * done)), MOST_ROUNDS - done) if done else 1 if self._rays.exact else FIRST_ROUNDS
-        )
-        for _ in self._rays.rounds(done, done + rounds):
+        done = self.shadow_rays.done
+        rounds = 1 if self.shadow_rays.exact else FIRST_ROUNDS
+        if done:
+            rounds = min(int(np.ceil(times * done)), MOST_ROUNDS - done)
+        for _ in self.shadow_rays.rounds(done, done + rounds):
             yield
 
     @property
     def rays(self) -> int:
         """Shadow rays so far."""
-        return 0 if self._rays is None else self._rays.rays
+        return 0 if self.shadow_rays is None else self.shadow_rays.rays
 
     def place(self, kinds: Sequence[str]) -> Iterator[None]:
         """Place the records' discs and make the searches for ``kinds`` of photons, step by step."""
-        placed = yield from self._placed(self._records.discs, SPARSE)
+        placed = yield from self._placed(self.records.discs, SPARSE)
         # Where a wall or an edge is in the way, its outline is looked at closely.
         rows = np.flatnonzero(placed.area.partial)
         if len(rows):
-            placed = placed.with_rows(rows, (yield from self._placed(self._records.discs.taken(rows), 1)))
-        cells = len(self._records)
+            placed = placed.with_rows(rows, (yield from self._placed(self.records.discs.taken(rows), 1)))
+        cells = len(self.records)
         halves = [placed.taken(slice(0, cells)), placed.taken(slice(cells, 2 * cells))]
         most = self._settings.bounces - 1
         self.searches = [PhotonSearch(kind, half, number, most) for kind in kinds for number, half in enumerate(halves)]
@@ -106,14 +106,21 @@ class RecordLight:
             yield
         return VisibleDiscs.joined(parts)
 
-    def update(self) -> None:
-        """Let what has been found be looked up."""
-        dark = np.zeros((2 * len(self._records), 3))
-        found = {"direct": dark if self._rays is None else self._rays.irradiance.value, "indirect": dark.copy()}
-        cells = len(self._records)
+    @property
+    def found(self) -> dict[str, np.ndarray]:
+        """What has been found: the "direct" and the "indirect" irradiance (2 C, 3) W/m^2 at the records."""
+        dark = np.zeros((2 * len(self.records), 3))
+        direct = dark if self.shadow_rays is None else self.shadow_rays.irradiance.value
+        found = {"direct": direct, "indirect": dark.copy()}
+        cells = len(self.records)
         for search in self.searches:
             rows = slice(search.half * cells, (search.half + 1) * cells)
             found[search.kind][rows] = search.estimate.irradiance.value
+        return found
+
+    def update(self) -> None:
+        """Let what has been found be looked up."""
+        found = self.found
         self.reflected.know(found["direct"], found["indirect"])
         if self._crew is not None:
             self._crew.know_light(found["direct"], found["indirect"])

@@ -103,9 +103,12 @@ class Landings:
         return Landings(*(np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Landings)))
 
 
-def scouted(scene: Scene, caster: RayCaster, points: np.ndarray, normals: np.ndarray, seed: int) -> Landings:
-    """Where a few gather rays land from ``points`` (N, 3), clear of surfaces, with unit ``normals`` (N, 3)."""
-    wanted = np.clip(SCOUTS * len(points), LEAST_SCOUTS, MOST_SCOUTS)
+def scouted(
+    scene: Scene, caster: RayCaster, points: np.ndarray, normals: np.ndarray, seed: int, least: int = LEAST_SCOUTS
+) -> Landings:
+    """Where a few gather rays, ``least`` or more, land from ``points`` (N, 3), clear of surfaces, with unit ``normals``
+    (N, 3)."""
+    wanted = np.clip(SCOUTS * len(points), least, MOST_SCOUTS)
     sides = [(1.0, BySide(scene.albedo.any(axis=-1, keepdims=True), caster.normals))]
     if scene.translucency is not None:
         sides.append((-1.0, BySide(scene.translucency.any(axis=-1, keepdims=True), caster.normals)))
@@ -161,6 +164,14 @@ class RecordFinder:
     def _table(self) -> CellTable:
         return CellTable(self.numbers, np.where(self.cut, -1, np.arange(len(self.numbers))))
 
+    def sides_of(self, lengths: np.ndarray) -> np.ndarray:
+        """Sides (K,) metres of the cells into which rays of these ``lengths`` (K,) metres look."""
+        return self._cells.sides(self._cells.levels(lengths))
+
+    def rows(self, cells: np.ndarray) -> np.ndarray:
+        """The rows (K,) of the ``cells`` of these numbers (K,), -1 where no record tells of the light there."""
+        return self._table.find(cells)
+
     def find(self, landings: Landings, lengths: np.ndarray) -> np.ndarray:
         """The cell (K,) whose records tell of the light at ``landings`` (K), -1 where none does.
 
@@ -176,18 +187,30 @@ class RecordFinder:
 class Records:
     """C cells with two records each, where ``landings`` of gather rays from ``points`` points are.
 
-    ``finest`` metres are the sides of the smallest cells; None: as small as the number of records allows.
+    ``finest`` metres are the sides of the smallest cells; None: as small as the number of records allows. ``beside``
+    finds records whose cells these share.
 
     Attributes
     held    Landings of the 2 C records; those of the second half follow those of the first
+    sides   (C,) metres of the cells
     radii   (2 C,) metres, of their discs
     finder  finds the cells
     """
 
-    def __init__(self, caster: RayCaster, landings: Landings, points: int, seed: int, finest: float | None = None):
-        if finest is None:
-            finest = _affordable(caster, landings, points)
-        corner = _corner(caster)
+    def __init__(
+        self,
+        caster: RayCaster,
+        landings: Landings,
+        points: int,
+        seed: int,
+        finest: float | None = None,
+        beside: RecordFinder | None = None,
+    ):
+        if beside is not None:
+            corner, finest = beside.corner, beside.finest
+        else:
+            corner = _corner(caster)
+            finest = _affordable(caster, landings, points) if finest is None else finest
         numbered = Cells(corner, finest)
         # What only rays see that are followed on is no part of what is seen from afar.
         landings = landings.taken(np.flatnonzero(landings.lengths > 0.5 * NEAR * finest))
@@ -197,9 +220,9 @@ class Records:
         last = np.empty(len(cells), np.int64)
         last[cell] = np.arange(len(cell))
         self.held = landings.taken(np.concatenate([first, last]))
-        sides = numbered.sides(numbered.levels_of(cells))
-        self.radii = np.tile(WIDTH * finest * (sides / finest) ** GROWTH, 2)
-        cut = _cut(caster, landings, self.held, cell, sides)
+        self.sides = numbered.sides(numbered.levels_of(cells))
+        self.radii = np.tile(WIDTH * finest * (self.sides / finest) ** GROWTH, 2)
+        cut = _cut(caster, landings, self.held, cell, self.sides)
         self.finder = RecordFinder(corner, finest, cells, cut)
 
     def __len__(self) -> int:

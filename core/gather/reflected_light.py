@@ -44,6 +44,11 @@ class ReflectedLight:
             self._sides.append(_Side.of(-1.0, scene.translucency, caster))
         self.know(np.zeros((2 * len(records), 3)), np.zeros((2 * len(records), 3)))
 
+    @property
+    def known(self) -> np.ndarray:
+        """All irradiance (C + 1, 3) W/m^2 that is looked up, by cells; the last row stands for no cell."""
+        return 0.5 * (self._all[:, :3] + self._all[:, 3:])
+
     def know(self, direct: np.ndarray, indirect: np.ndarray) -> None:
         """The records' ``direct`` and ``indirect`` irradiance (2 C, 3) W/m^2 are these from now on."""
         self._direct, self._all = _by_halves(direct), _by_halves(direct + indirect)
@@ -59,10 +64,19 @@ class ReflectedLight:
             cell = self._records.find(landings, landings.lengths)
             sent = self._known(1).take(cell, axis=0) * np.tile(share, 2)
             left = np.flatnonzero(cell < 0)
-            ways = _Ways(left, share.take(left, axis=0), landings.lengths.take(left), landings.taken(left))
+            ways = Ways(left, share.take(left, axis=0), landings.lengths.take(left), landings.taken(left))
             sent += self._followed(ways, look, look.rays.group.take(rows.take(met)) + look.first)
             found[met] += sent
         return found
+
+    def landed(self, points: np.ndarray, directions: np.ndarray) -> Ways:
+        """Where rays from ``points`` (R, 3) m along unit ``directions`` (R, 3) land on what sends light on."""
+        found = []
+        for rows, hits, share in self._shadows.between.surfaces.met(points, directions):
+            for side in self._sides:
+                met, part, landings = self._landings(side, points, directions, rows, hits.triangle, hits.points)
+                found.append(Ways(rows.take(met), share.take(met, axis=0) * part, landings.lengths, landings))
+        return Ways.joined(found)
 
     def _known(self, reflections: int) -> np.ndarray:
         """The light (C + 1, 6) at records that counts where the next reflection is the one of that number."""
@@ -79,7 +93,7 @@ class ReflectedLight:
         ahead = points.take(at, axis=0), directions.take(at, axis=0)
         return met, side.share.met(triangle, ahead[1]), Landings.of(self._caster, *ahead, triangle, places, side.sign)
 
-    def _followed(self, ways: _Ways, look: Look, group: np.ndarray) -> np.ndarray:
+    def _followed(self, ways: Ways, look: Look, group: np.ndarray) -> np.ndarray:
         """What comes back (K, 6) of K rays, from ``group`` (K,), that are followed along ``ways``."""
         owners, found = [np.empty(0, np.int64)], [np.empty((0, 6))]
         last = min(self._bounces, MOST_FOLLOWED)
@@ -101,7 +115,7 @@ class ReflectedLight:
         owner, found = np.concatenate(owners), np.concatenate(found)
         return np.stack([np.bincount(owner, column, len(group)) for column in found.T], axis=1)
 
-    def _around(self, ways: _Ways, look: Look, group: np.ndarray) -> tuple[np.ndarray, _Ways]:
+    def _around(self, ways: Ways, look: Look, group: np.ndarray) -> tuple[np.ndarray, Ways]:
         """Direct irradiance (W, 3) at the ends of W ways, by a ray to each light and one by chance; and where that
         goes on to."""
         points, normals = ways.landings.stands, ways.landings.normals
@@ -126,7 +140,7 @@ class ReflectedLight:
                 for side in self._sides:
                     met, part, landings = self._landings(side, points, directions, rows, hits.triangle, hits.points)
                     onward.append(ways.onward(rows.take(met), share.take(met, axis=0) * part, landings))
-        return light, _Ways.joined(onward)
+        return light, Ways.joined(onward)
 
     def _aim(self, source: Surroundings, points, normals, uniforms, light: np.ndarray) -> None:
         """Add to the ``light`` (K, 3) at points what rays chosen by that light bring."""
@@ -166,7 +180,7 @@ class _Side:
 
 
 @dataclass(frozen=True)
-class _Ways:
+class Ways:
     """Where W rays have been followed to.
 
     owner     (W,) which ray it was
@@ -180,31 +194,39 @@ class _Ways:
     lengths: np.ndarray
     landings: Landings
 
-    def taken(self, rows: np.ndarray) -> _Ways:
+    def taken(self, rows: np.ndarray) -> Ways:
         """Those ``rows`` alone."""
         weight = self.weight.take(rows, axis=0)
-        return _Ways(self.owner.take(rows), weight, self.lengths.take(rows), self.landings.taken(rows))
+        return Ways(self.owner.take(rows), weight, self.lengths.take(rows), self.landings.taken(rows))
 
-    def onward(self, rows: np.ndarray, share: np.ndarray, landings: Landings) -> _Ways:
+    def owned(self, owner: np.ndarray) -> Ways:
+        """The same ways of that ``owner`` (W,)."""
+        return Ways(owner, self.weight, self.lengths, self.landings)
+
+    def weighted(self, weight: np.ndarray) -> Ways:
+        """The same, of which so many times (W,) as much comes back."""
+        return Ways(self.owner, self.weight * weight[:, None], self.lengths, self.landings)
+
+    def onward(self, rows: np.ndarray, share: np.ndarray, landings: Landings) -> Ways:
         """On from the ends of these ``rows`` (R,) to R ``landings``, of which that ``share`` (R, 3) comes back."""
         lengths = self.lengths.take(rows) + landings.lengths
-        return _Ways(self.owner.take(rows), self.weight.take(rows, axis=0) * share, lengths, landings)
+        return Ways(self.owner.take(rows), self.weight.take(rows, axis=0) * share, lengths, landings)
 
-    def thinned(self, generator: np.random.Generator) -> _Ways:
+    def thinned(self, generator: np.random.Generator) -> Ways:
         """Without some of which little would come back; those that stay count the more."""
         red, green, blue = self.weight.T
         chance = np.minimum(np.maximum(np.maximum(red, green), blue) / SURE, 1.0)
         kept = np.flatnonzero(generator.random(len(chance)) < chance)
         some = self.taken(kept)
-        return _Ways(some.owner, some.weight / chance.take(kept)[:, None], some.lengths, some.landings)
+        return Ways(some.owner, some.weight / chance.take(kept)[:, None], some.lengths, some.landings)
 
     @staticmethod
-    def joined(parts: list[_Ways]) -> _Ways:
+    def joined(parts: list[Ways]) -> Ways:
         """All ways of ``parts``, of which there is one at least."""
         if len(parts) == 1:
             return parts[0]
         arrays = (np.concatenate([getattr(part, name) for part in parts]) for name in ("owner", "weight", "lengths"))
-        return _Ways(*arrays, Landings.joined([part.landings for part in parts]))
+        return Ways(*arrays, Landings.joined([part.landings for part in parts]))
 
 
 def _balanced(density: np.ndarray, cosine: np.ndarray) -> np.ndarray:

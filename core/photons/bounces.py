@@ -8,6 +8,7 @@ import numpy as np
 
 from ..bounds import Bounds
 from ..direct.passage import MOST_PASSAGES
+from ..lights.aim import towards
 from ..lights.light import Particles
 from ..rays import Hits, RayCaster
 from ..sampling import cosine_hemisphere
@@ -81,13 +82,32 @@ class Bounces:
 
         ``sent`` are numbered from ``first`` on; ``near`` (P,) tells which come from lamps or shining triangles.
         """
-        directions, flux, start = sent.directions, sent.flux, sent.start
-        origins = sent.origins + EMISSION_LIFT * self.caster.tolerance(sent.origins)[:, None] * directions
+        origins = sent.origins + EMISSION_LIFT * self.caster.tolerance(sent.origins)[:, None] * sent.directions
         count = len(origins)
-        bounce, passages = np.zeros(count, np.uint16), np.zeros(count, np.uint16)
         particle = np.arange(first, first + count, dtype=np.uint32)
         caustic = None if self.specular is None else np.zeros(count, bool)
-        parts, cut, straight = [], np.zeros(3), near
+        begun = Segments(origins, origins, sent.flux, np.zeros(count, np.uint16), particle, caustic)
+        return self._flown(begun, sent.directions, near, generator, sent.start)
+
+    def resumed(
+        self, segments: Segments, straight: np.ndarray, generator: np.random.Generator
+    ) -> tuple[Segments, np.ndarray]:
+        """The same of particles that fly on from the origins of ``segments``, in their directions, wherever these end.
+
+        ``straight`` (S,) tells which are on their straight way from lamps or shining triangles.
+        """
+        directions, _ = towards(segments.ends - segments.origins)
+        return self._flown(segments, directions, straight, generator)
+
+    def _flown(
+        self, begun: Segments, directions, straight: np.ndarray, generator: np.random.Generator, start=None
+    ) -> tuple[Segments, np.ndarray]:
+        """All segments of particles that leave the origins of the ``begun`` ones, whose ends do not count, and the flux
+        that was cut."""
+        origins, flux, bounce = begun.origins, begun.flux, begun.bounce
+        particle, caustic = begun.particle, begun.caustic
+        passages = np.zeros(len(origins), np.uint16)
+        parts, cut = [], np.zeros(3)
         while len(origins):
             hits = self.caster.first_hits(origins, directions)
             rows = np.flatnonzero(hits.triangle >= 0)
@@ -114,7 +134,7 @@ class Bounces:
             passages = passages.take(rows) + (fate == PASSED).astype(np.uint16)
             uniforms = uniforms[:, 1:].take(alive, axis=0)
             origins, directions = self._onward(hits, rows, directions.take(alive, axis=0), fate, uniforms)
-        return Segments.joined(parts), cut
+        return Segments.joined(parts) if parts else begun, cut
 
     def _ends(self, origins, directions, hits: Hits, rows) -> np.ndarray:
         """Segment ends: past the hit (``rows`` hit) by twice the tolerance along the normal, or out of everything."""

@@ -14,6 +14,7 @@ from ..random_streams import random_stream
 from ..segments import Segments
 from ..stages import Stopwatch
 from .emission_guide import EmissionGuide
+from .photon_journal import PhotonJournal
 from .tracing import PhotonTracer
 
 #: Particles traced at a time, and gathered at a time. Fixed, because the random numbers follow from them:
@@ -51,8 +52,10 @@ class PhotonLight:
     """What photons bring to each of some ``searches``, batch after batch.
 
     Attributes: how many ``particles`` were traced so far, how many of their ``segments`` were gathered, and how many
-    ``crossings`` were found.
+    ``crossings`` were found; ``journal``, which keeps all of them where a bake is to be updated, or None.
     """
+
+    journal: PhotonJournal | None = None
 
     def __init__(self, tracer: PhotonTracer, searches: Sequence[PhotonSearch], seed: int):
         self._tracer, self.searches, self._seed = tracer, searches, seed
@@ -85,6 +88,8 @@ class PhotonLight:
             # Each part carries the scene's full power; in its batch it stands for its share of the particles.
             parts.append(traced.segments.weighted(share / particles))
             self._cut += traced.cut_flux * share
+            if self.journal is not None:
+                self.journal.keep(traced.segments.weighted(share), traced.draws.light)
             yield "Tracing photons"
         segments = Segments.joined(parts)
         self.segments += len(segments)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -67,6 +67,20 @@ class PhotonTracer:
         tracer = copy(self)
         tracer.guide = guide
         return tracer
+
+    def keeping_all(self) -> PhotonTracer:
+        """The same tracer, of which the segments of direct light are kept in any case."""
+        tracer = copy(self)
+        tracer._bounces = replace(self._bounces, direct=True)
+        return tracer
+
+    def resumed(self, segments: Segments, light: np.ndarray, generator: np.random.Generator) -> Segments:
+        """What particles do from the origins of ``segments`` on, in their directions, in the scene as it is here.
+
+        They came from that ``light`` (S,), of the tracer's draws.
+        """
+        straight = self._emission.near[light] & (segments.bounce == 0)
+        return self._bounces.resumed(segments, straight, generator)[0]
 
     def trace(self, particles: int, generator: np.random.Generator, first: int = 0) -> TracedPhotons:
         """Follow ``particles`` from emission to absorption; their segments carry the scene's full power together.

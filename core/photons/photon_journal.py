@@ -1,0 +1,68 @@
+"""What particles did, kept so that those whose way a change of the scene crosses can be traced anew from there on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+
+import numpy as np
+
+from ..errors import SessionTooLargeError
+from ..lights.aim import towards
+from ..segments import Segments
+
+#: Bytes of a segment: origin, end, flux, and what belongs to it.
+SEGMENT_BYTES = 80
+
+
+class PhotonJournal:
+    """Segments of all particles so far, no more of them than ``limit`` bytes hold.
+
+    Their flux is what each would carry if its particle were the only one.
+    """
+
+    def __init__(self, limit: int):
+        self._most = limit // SEGMENT_BYTES
+        self._parts: list[Segments] = []
+        self._lights: list[np.ndarray] = []
+        self._count = 0
+
+    def keep(self, segments: Segments, lights: np.ndarray) -> None:
+        """Keep the ``segments`` of some particles more, which came from ``lights`` (P,), as the tracer numbers them.
+
+        Raises SessionTooLargeError beyond the limit.
+        """
+        self._count += len(segments)
+        if self._count > self._most:
+            raise SessionTooLargeError(
+                f"To update this bake later, more than {self._most * SEGMENT_BYTES / 1e9:.1f} GB of light paths would "
+                f"have to be kept: bake with a larger error, or without updates."
+            )
+        self._parts.append(segments)
+        self._lights.append(lights.astype(np.uint16))
+
+    @cached_property
+    def segments(self) -> Segments:
+        """All of them, each particle's in the order of its flight; to be asked for when all are kept."""
+        joined = Segments.joined(self._parts)
+        self._parts = []
+        return joined
+
+    @cached_property
+    def lights(self) -> np.ndarray:
+        """Which light (P,) each particle came from."""
+        return np.concatenate(self._lights)
+
+    def touched(self, meets: Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]) -> tuple[Segments, Segments]:
+        """The segments of all particles whose way ``meets`` something, up to the first that does so, and from it on.
+
+        ``meets`` tells which (S,) ways from origins (S, 3) m along unit directions (S, 3) over distances (S,) m do.
+        """
+        whole = self.segments
+        hit = np.flatnonzero(meets(whole.origins, *towards(whole.ends - whole.origins)))
+        first = np.full(len(self.lights), len(whole))
+        np.minimum.at(first, whole.particle.take(hit), hit)
+        of_particle = first.take(whole.particle)
+        rows = np.flatnonzero(of_particle < len(whole))
+        since = rows >= of_particle.take(rows)
+        return whole.taken(rows[~since]), whole.taken(rows[since])

@@ -1,0 +1,180 @@
+"""The light at records after a change: photons that met it are traced on anew, and records near it placed anew."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..bake import Baking
+from ..estimator.estimate import Accumulator, IrradianceEstimate
+from ..estimator.standpoints import Standpoints
+from ..gather.record_light import RecordLight
+from ..gather.records import Landings, Records, scouted
+from ..gather.reflected_light import ReflectedLight
+from ..gatherers.choose import make_gatherer
+from ..lights.light import Light
+from ..parallel import ordered_map, slices
+from ..photons.photon_journal import PhotonJournal
+from ..photons.photon_light import PhotonSearch
+from ..photons.tracing import PhotonTracer
+from ..random_streams import random_stream
+from ..rays import RayCaster
+from ..scene import Scene
+from ..segments import Segments
+from ..settings import BakeSettings
+from .changed_places import Sight
+from .differences import POINTS_PER_CHUNK, LightDifferences, Places
+from .patched_records import PatchedRecords
+
+#: Rays that look for where records are needed around what changed, and from each record to the lights: at first, and
+#: where one of these meets what changed.
+SCOUTS, FIRST_RAYS, MORE_RAYS = 1 << 16, 1, 32
+
+
+class ChangedRecords:
+    """The records of a bake, whose ``work`` is done, in the ``scene`` after ``changes``, with its ``lights``.
+
+    Attributes, once all stages are done: ``reflected``, the light that surfaces send on; ``delta`` (C + 1, 3) by how
+    much there is more irradiance at each cell of the first bake, and whether (C + 1,) that is known.
+    """
+
+    def __init__(
+        self, work: Baking, scene: Scene, caster: RayCaster, changes: LightDifferences, lights: Sequence[Light]
+    ):
+        self._work, self._scene, self._caster, self._changes, self._lights = work, scene, caster, changes, lights
+
+    def trace(self, journal: PhotonJournal, seed: int) -> None:
+        """Trace the photons anew that meet what changed, from there on."""
+        changes = self._changes
+
+        def meets(origins: np.ndarray, directions: np.ndarray, lengths: np.ndarray) -> np.ndarray:
+            found = changes.balls.crossed(origins, directions, lengths)
+            rows = np.flatnonzero(found)
+            found[rows] = changes.meets(origins[rows], directions[rows], lengths[rows])
+            return found
+
+        before, since = journal.touched(meets)
+        tracer = PhotonTracer(self._scene, self._caster, *self._work.tracing).keeping_all()
+        _, first = np.unique(since.particle, return_index=True)
+        begun = since.taken(np.sort(first))
+        onward = tracer.resumed(begun, journal.lights.take(begun.particle), random_stream(seed, "changes", 2))
+        self._gone, self._come = Segments.joined([before, since]), Segments.joined([before, onward])
+        touched = np.zeros(len(journal.lights), bool)
+        touched[begun.particle] = True
+        kept = journal.segments.taken(np.flatnonzero(~touched.take(journal.segments.particle)))
+        self._all, self._particles = Segments.joined([kept, self._come]), len(journal.lights)
+
+    def place(self, kept: Places, anew: Standpoints | None, facing: np.ndarray, settings: BakeSettings) -> None:
+        """Place records where those of the first bake no longer hold, and where points look that are found ``anew``.
+
+        ``kept`` are the other points' places; ``facing`` are the normals of those ``anew``.
+        """
+        records, balls = self._work.records.records, self._changes.balls
+        margin = np.maximum(records.radii, np.tile(records.sides, 2))
+        gone = balls.reach(records.held.places, margin).reshape(2, -1).any(axis=0)
+        around = self._seen_around(kept, settings.seed)
+        landings = [around.taken(np.flatnonzero(balls.reach(around.places, self._margin(around))))]
+        if anew is not None:
+            seen = scouted(self._scene, self._caster, anew.origins, facing, settings.seed, least=0)
+            cell = records.finder.find(seen, seen.lengths)
+            landings.append(seen.taken(np.flatnonzero((cell < 0) | gone.take(cell))))
+        fresh = Records(self._caster, Landings.joined(landings), len(kept), settings.seed, beside=records.finder)
+        self._fresh = RecordLight(self._scene, self._caster, fresh, settings, self._lights, False)
+        self._patched = PatchedRecords(records.finder, fresh.finder, ~gone)
+        if len(fresh):
+            kinds = sorted({search.kind for search in self._work.records.searches})
+            for _ in self._fresh.place(kinds):
+                pass
+
+    def _margin(self, landings: Landings) -> np.ndarray:
+        """Sides (K,) of the cells that rays which landed so look into, metres."""
+        return self._work.records.records.finder.sides_of(landings.lengths)
+
+    def _seen_around(self, kept: Places, seed: int) -> Landings:
+        """Where rays from ``kept`` places land that go towards what changed."""
+        some = kept.taken(slice(None, None, -(-len(kept) * max(len(self._changes.balls), 1) // SCOUTS) or 1))
+        reflected = ReflectedLight(self._scene, self._caster, self._lights, self._work.records.records.finder, 1)
+
+        def seen(rows: slice) -> Landings:
+            places = some.taken(rows)
+            rays = Sight.of(self._changes.balls, places.origins, places.normals).rays(
+                random_stream(seed, "changes", 3, rows.start)
+            )
+            return reflected.landed(places.origins.take(rays.row, axis=0), rays.directions).landings
+
+        found = list(ordered_map(seen, slices(len(some), POINTS_PER_CHUNK)))
+        return Landings.joined(found) if found else Landings(*np.zeros((3, 0, 3)), np.zeros(0))
+
+    def light(self, settings: BakeSettings) -> None:
+        """Find the light of all records, and by how much it changed."""
+        work, fresh = self._work, self._fresh
+        records, patched = work.records, self._patched
+        exchanged = {(s.kind, s.half): self._exchanged(s) for s in records.searches}
+        for search in fresh.searches:
+            search.gatherer, _ = make_gatherer("disc-index", search.placed.discs, max(len(self._all), 1))
+            samples = next(s.estimate.samples for s in records.searches if s.half == search.half)
+            search.estimate = self._gathered(search, self._all, samples)
+        for _ in fresh.look_at_lights():
+            pass
+        cells, found = len(records), {name: value.copy() for name, value in records.found.items()}
+        for (kind, half), (rows, value) in exchanged.items():
+            found[kind][half * cells + rows] = value
+        found["direct"] += self._more_from_lights(settings.seed)
+        more = fresh.found
+        self.reflected = ReflectedLight(self._scene, self._caster, self._lights, patched, settings.bounces)
+        self.reflected.know(*(patched.joined(found[name], more[name]) for name in ("direct", "indirect")))
+        known = patched.after >= 0
+        delta = self.reflected.known.take(patched.after, axis=0) - records.reflected.known
+        self.delta = np.where(known[:, None], delta, 0.0), known
+
+    def _exchanged(self, search: PhotonSearch) -> tuple[np.ndarray, np.ndarray]:
+        """The discs (K,) of ``search`` that photons cross on their old or new ways, and the irradiance (K, 3) there."""
+        if len(self._gone) == 0:
+            return np.zeros(0, np.int64), np.zeros((0, 3))
+        samples = search.estimate.samples
+        old, new = (self._gathered(search, part, samples) for part in (self._gone, self._come))
+        rows = np.flatnonzero((old.squares + new.squares).any(axis=(1, 2)))
+        whole, gone, come = (estimate.taken(rows) for estimate in (search.estimate, old, new))
+        return rows, whole.exchanged(gone, come).irradiance.value
+
+    def _gathered(self, search: PhotonSearch, segments: Segments, samples: int) -> IrradianceEstimate:
+        """What ``segments`` bring to the discs of ``search``, some of those of ``samples`` particles."""
+        wanted, placed = search.wanted(segments.weighted(1.0 / self._particles)), search.placed
+        sums = Accumulator(placed.discs, wanted, samples, placed.area)
+        for crossings in search.gatherer.crossings(wanted):
+            sums.add(crossings)
+        return sums.estimate()
+
+    def _more_from_lights(self, seed: int) -> np.ndarray:
+        """How much more (2 C, 3) W/m^2 comes straight from the lights to the records of the first bake."""
+        rays, held, changes = self._work.records.shadow_rays, self._work.records.records.held, self._changes
+        more = np.zeros((len(held.places), 3))
+        if rays is None or len(changes.balls) == 0:
+            return more
+        lamps = rays.nearby.of_lamps()
+        places = Places(held.stands, held.normals, held.normals, rays.group)
+
+        def found(task: tuple[int, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+            count, rows = task
+            some = places.taken(rows)
+            generator = random_stream(seed, "changes", 4, count, rows[0])
+            sight = Sight.of(changes.balls, some.origins, some.normals, None if count < MORE_RAYS else 0.1)
+            row, light = changes.aimed(sight, some, lamps, count, generator)
+            if count > FIRST_RAYS:
+                sent = sight.rays(generator)
+                row = np.concatenate([row, sent.row])
+                light = np.concatenate([light, changes.by_chance(sent, some, count)])
+            sums = np.stack([np.bincount(row, part, len(rows)) for part in light.T], axis=1)
+            return np.bincount(row, light.any(axis=1), len(rows)) > 0, sums
+
+        # What the first rays tell only chooses who casts more: else a shadow that they missed would be lost.
+        rows, hit = np.arange(len(more)), np.zeros(len(more), bool)
+        blocks = [rows[part] for part in slices(len(rows), POINTS_PER_CHUNK)]
+        for part, (changed, _) in zip(blocks, ordered_map(found, [(FIRST_RAYS, b) for b in blocks]), strict=True):
+            hit[part] = changed
+        for count, mine in ((FIRST_RAYS + 1, rows[~hit]), (MORE_RAYS, rows[hit])):
+            blocks = [mine[part] for part in slices(len(mine), POINTS_PER_CHUNK)]
+            for part, (_, sums) in zip(blocks, ordered_map(found, [(count, b) for b in blocks]), strict=True):
+                more[part] = sums
+        return more

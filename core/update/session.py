@@ -1,0 +1,282 @@
+"""A bake that can be updated: after a change of the scene what it touches is found anew, and the rest is kept.
+
+Every update goes back to the first bake, so that errors do not add up, nothing of where things were in between remains,
+and a scene that is again what it was has its first light.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ..bake import Baking
+from ..direct.direct_light import DirectLight
+from ..direct.stands import Stands
+from ..errors import InvalidSettingError, NotUpdatableError
+from ..estimator.enclosure import hidden_points
+from ..estimator.standpoints import Standpoints, standpoints
+from ..fit.vertex_fit import VertexFit
+from ..irradiance import Irradiance
+from ..parallel import ordered_map, slices
+from ..photons.emission import lights_of
+from ..photons.photon_journal import PhotonJournal
+from ..points import Points
+from ..random_streams import random_stream
+from ..rays import RayCaster
+from ..result import BakeResult, Progress
+from ..scene import Scene
+from ..settings import BakeSettings
+from ..stages import Stopwatch
+from .changed_light import ChangedRecords
+from .changed_places import Balls, Sight
+from .differences import POINTS_PER_CHUNK, Differences, LightDifferences, Places, Surfaces, Views
+from .matching import same_lights, same_points, same_triangles
+
+#: Bytes of light paths that a session keeps at most.
+LIMIT = 1 << 31
+
+#: Points nearer to what changed than so many of its radii are found anew, and those of which one of so many rays to the
+#: lights meets it; there are more in the neighbourhood of such points.
+NEAR, PILOTS, MORE_PILOTS = 1.5, 1, 8
+
+#: Bounces that a session's photons and rays may take at least: of what is cut off, too much would have to be kept.
+LEAST_BOUNCES = 24
+
+#: The scene may grow by this share of its radius: lights far away send their photons at the scene as it was.
+GROWTH = 1e-6
+
+Stage = Generator[Progress, None, BakeResult]
+
+
+class BakeSession:
+    """Bakes ``points`` in ``scene`` once, and then after each change what that touches.
+
+    Only gathered light can be updated, and light that comes by shadow rays: InvalidSettingError for other settings.
+    ``limit`` bytes of light paths are kept at most, SessionTooLargeError beyond them.
+    """
+
+    def __init__(self, scene: Scene, points: Points, settings: BakeSettings, limit: int = LIMIT):
+        ways = settings.direct_by, settings.indirect_by, settings.estimator
+        if ways != ("shadow-rays", "gather", "visible") or settings.bounces < LEAST_BOUNCES:
+            raise InvalidSettingError(
+                f"Only bakes with shadow rays, gathered light and at least {LEAST_BOUNCES} bounces can be updated."
+            )
+        if settings.shadow_distance is not None:
+            raise InvalidSettingError("A bake with a limited distance of shadows cannot be updated.")
+        self._scene, self._points, self._settings = scene, points, settings
+        self._journal = PhotonJournal(limit)
+        self._base: _Base | None = None
+
+    def bake(self, fit: VertexFit | None = None) -> Stage:
+        """The first bake, as :func:`..bake.bake` does it; the light is the same."""
+        work = Baking(self._scene, self._points, self._settings, fit, self._journal)
+        yield from work.place_points()
+        yield from work.cast_first_rays()
+        yield from work.place_records()
+        yield from work.place_discs()
+        result = yield from work.refine()
+        self._base = _Base(self._scene, self._points, self._settings, work, self._journal, result)
+        return result
+
+    def update(self, scene: Scene, points: Points, fit: VertexFit | None = None) -> Stage:
+        """The light at ``points`` in a ``scene`` that differs from the first one, wherever it does.
+
+        What is the same in both is found by itself. Yields a Progress often, and may be closed at any time. Raises
+        NotUpdatableError before the first bake, and where nothing of it can be kept; then a new one is due.
+        """
+        if self._base is None or not self._base.work.gathers:
+            raise NotUpdatableError("There is no bake to update: bake once as a whole.")
+        return (yield from _Update(self._base, scene, points, fit).steps())
+
+
+@dataclass(frozen=True)
+class _Base:
+    """The first bake."""
+
+    scene: Scene
+    points: Points
+    settings: BakeSettings
+    work: Baking
+    journal: PhotonJournal
+    result: BakeResult
+
+    @cached_property
+    def places(self) -> Places:
+        """From where the points look."""
+        return Places(self.work.places.origins, self.points.normals, self.points.facing, self.work.rays.group)
+
+    @cached_property
+    def by_rays(self) -> Irradiance:
+        """All light, with the errors by rays alone."""
+        return self.work.rays.irradiance + self.work.rays.reflected
+
+    @cached_property
+    def views(self) -> Views:
+        """What they see."""
+        records = self.work.records
+        return Views.of(self.places, records.reflected, records.records.finder, self.settings.seed)
+
+
+class _Update:
+    """One update of a ``base``, stage by stage."""
+
+    def __init__(self, base: _Base, scene: Scene, points: Points, fit: VertexFit | None):
+        self._base, self._scene, self._points, self._fit = base, scene, points, fit
+        self._stopwatch = Stopwatch("radius", "place", "shadow", "trace", "gather")
+        self._lights = lights_of(scene)
+        if base.scene.specular is not None or scene.specular is not None:
+            raise NotUpdatableError("Light off mirrors and through glass cannot be updated yet: bake anew.")
+        if not same_lights(base.work.shining, self._lights):
+            raise NotUpdatableError("The lights have changed, so that all light is another: bake anew.")
+        self._find_changes()
+
+    def _find_changes(self) -> None:
+        base, scene = self._base, self._scene
+        same = same_triangles(base.scene, scene)
+        gone = np.setdiff1d(np.arange(len(base.scene.triangles)), same)
+        come = np.flatnonzero(same < 0)
+        corners = scene.corners[come].reshape(-1, 3)
+        room = base.scene.bounds.expanded(GROWTH * base.scene.bounds.radius)
+        if len(come) and ((corners < room.lower) | (corners > room.upper)).any():
+            raise NotUpdatableError("Something has left the room that the whole scene took up: bake anew.")
+        self._caster = RayCaster(scene.corners, base.points.centres)
+        balls = Balls.around(base.scene.corners[gone], scene.corners[come])
+        parts = [c.part(rows) for c, rows in ((base.work.caster, gone), (self._caster, come)) if len(rows)]
+        before = Surfaces.of(base.scene, base.work.caster, base.work.shining)
+        self._changes = LightDifferences(before, Surfaces.of(scene, self._caster, self._lights), balls, parts)
+        self._same = same_points(base.points, self._points)
+
+    def steps(self) -> Stage:
+        yield Progress("Looking for what changed", 0.0)
+        with self._stopwatch("shadow"):
+            anew = self._to_find_anew()
+        yield Progress("Placing the points", 0.05)
+        rows = np.flatnonzero(anew)
+        with self._stopwatch("place"):
+            places = self._stand(rows)
+        yield Progress("Tracing photons", 0.1)
+        records = ChangedRecords(self._base.work, self._scene, self._caster, self._changes, self._lights)
+        with self._stopwatch("trace"):
+            records.trace(self._base.journal, self._base.settings.seed)
+        yield Progress("Placing the records", 0.2)
+        with self._stopwatch("place"):
+            kept = np.unique(self._same[~anew])
+            records.place(self._base.places.taken(kept), places, self._points.facing[rows], self._base.settings)
+        yield Progress("Lighting the records", 0.3)
+        with self._stopwatch("gather"):
+            records.light(self._base.settings)
+        yield Progress("Casting rays", 0.5)
+        with self._stopwatch("shadow"):
+            found = self._find_anew(rows, places, records)
+        yield Progress("Gathering", 0.7)
+        with self._stopwatch("gather"):
+            return self._joined(anew, places, found, self._differences(records, ~anew))
+
+    def _to_find_anew(self) -> np.ndarray:
+        """Which points (N,) are new, near to what changed, or in light that is straight from a light and changed."""
+        base, balls = self._base, self._changes.balls
+        anew = self._same < 0
+        anew |= balls.distances(self._points.centres) < NEAR
+        if len(balls) == 0:
+            return anew
+        lamps, group = base.work.rays.nearby.of_lamps(), base.places.group[self._same]
+
+        def shaded(task: tuple[int, np.ndarray]) -> np.ndarray:
+            count, rows = task
+            some = base.places.taken(self._same[rows])
+            generator = random_stream(base.settings.seed, "changes", 0, count, rows[0])
+            sight = Sight.of(balls, some.origins, some.normals)
+            row, light = self._changes.aimed(sight, some, lamps, count, generator)
+            return rows[np.unique(row[light.any(axis=1)])]
+
+        rows = np.flatnonzero(~anew)
+        for count in (PILOTS, MORE_PILOTS):
+            blocks = [rows[part] for part in slices(len(rows), POINTS_PER_CHUNK)]
+            for found in ordered_map(shaded, [(count, block) for block in blocks]):
+                anew[found] = True
+            around = np.zeros(group.max() + 1, bool)
+            around[group[rows[anew[rows]]]] = True
+            rows = rows[around[group[rows]] & ~anew[rows]]
+        return anew
+
+    def _stand(self, rows: np.ndarray) -> Standpoints | None:
+        """Where the points ``rows`` look from."""
+        if len(rows) == 0:
+            return None
+        points = self._points
+        inward = None if points.inward is None else points.inward[rows]
+        return Standpoints.joined(list(standpoints(self._caster, points.centres[rows], points.facing[rows], inward)))
+
+    def _find_anew(self, rows: np.ndarray, places: Standpoints | None, records: ChangedRecords):
+        """Direct and reflected light at the points ``rows``, and both with the errors by rays alone; None without any.
+
+        Three Irradiance."""
+        if places is None:
+            return None
+        base, points = self._base, self._points
+        facing = None if points.flat else points.facing[rows]
+        stands = Stands(points.centres[rows], places.origins, facing)
+        rays = DirectLight(self._scene, self._caster, stands, points.normals[rows], base.settings, self._lights)
+        rays.gather(records.reflected, self._lights)
+        for _ in rays.rounds(0, base.work.rays.done):
+            pass
+        spread = rays.reflected_spread(base.work.records.common_error)
+        noise = Irradiance(np.zeros_like(spread.value), spread.standard_error)
+        return rays.irradiance, rays.reflected + noise, rays.irradiance + rays.reflected
+
+    def _differences(self, records: ChangedRecords, kept: np.ndarray):
+        """By how much direct and indirect light differ at the ``kept`` points (N,): two Irradiance."""
+        base = self._base
+        differences = Differences(
+            self._changes,
+            (records.reflected, base.work.records.reflected),
+            base.work.records.records.finder,
+            *records.delta,
+            base.work.rays.nearby.of_lamps(),
+        )
+        # In the order of the first bake, whose views are kept.
+        olds = self._same[kept]
+        wanted = np.zeros(len(base.points), bool)
+        wanted[olds] = True
+        light = base.result.irradiance.sum(axis=1)
+        noise = float(np.median(base.result.light.relative_errors))
+
+        def found(rows: slice):
+            generator = random_stream(base.settings.seed, "changes", 1, rows.start)
+            if not wanted[rows].any():
+                return np.zeros((4, rows.stop - rows.start, 3))
+            sums = differences.at(base.places.taken(rows), base.views.part(rows), light[rows], noise, generator)
+            return np.stack([part for each in sums for part in (each.value, each.squared)])
+
+        parts = list(ordered_map(found, slices(len(base.points), POINTS_PER_CHUNK)))
+        direct, direct_error, indirect, indirect_error = np.concatenate(parts, axis=1)[:, olds]
+        return Irradiance(direct, np.sqrt(direct_error)), Irradiance(indirect, np.sqrt(indirect_error))
+
+    def _joined(self, anew: np.ndarray, places: Standpoints | None, found, more) -> BakeResult:
+        base, olds = self._base, self._same[~anew]
+        lights, more = [], (*more, more[0] + more[1])
+        for number, light in enumerate((base.result.direct, base.result.indirect, base.by_rays)):
+            value, error = np.zeros((2, len(anew), 3))
+            known = Irradiance(light.value[olds], light.standard_error[olds]) + more[number]
+            value[~anew], error[~anew] = known.value, known.standard_error
+            if found is not None:
+                value[anew], error[anew] = found[number].value, found[number].standard_error
+            lights.append(Irradiance(value, error))
+        stood = {}
+        for name in ("open", "coarse", "enclosed"):
+            old = getattr(base.work.places, name)
+            stood[name] = np.zeros(len(anew), old.dtype)
+            stood[name][~anew] = old[olds]
+            if places is not None:
+                stood[name][anew] = getattr(places, name)
+        seen = light = lights[0] + lights[1]
+        hidden = hidden_points(np.zeros(len(anew), bool), stood.pop("enclosed"), light.value)
+        if self._fit is not None:
+            seen = self._fit.seen(light, np.where(hidden, 0.0, stood["open"]), lights[2])
+        seconds = self._stopwatch.seconds
+        return replace(
+            base.result, direct=lights[0], indirect=lights[1], seen=seen, hidden=hidden, **stood, seconds=seconds
+        )

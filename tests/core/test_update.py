@@ -1,0 +1,173 @@
+"""Bakes that are updated: the same light as a bake of the changed scene gives, and exactly the first where it is again
+what it was."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from detp.core.bake import baked
+from detp.core.errors import InvalidSettingError, NotUpdatableError, SessionTooLargeError
+from detp.core.estimator.estimate import IrradianceEstimate
+from detp.core.lights.point import PointLight
+from detp.core.points import Points
+from detp.core.settings import BakeSettings
+from detp.core.stages import finished
+from detp.core.update.changed_places import Balls, Sight
+from detp.core.update.matching import same_rows, same_triangles
+from detp.core.update.session import BakeSession
+from rooms import box_quads, face_points, scene_of
+from scipy import stats
+
+LAMP = PointLight((2.2, 1.5, 2.2), (100.0, 90.0, 80.0), 0.15)
+BAKES = 5
+
+
+def room(corner=None, colour=(0.8, 0.3, 0.1), lamp=LAMP):
+    """A room, and points on its walls, and a box of half a metre at ``corner`` with points of its own, the last."""
+    quads, albedo = box_quads((4, 3, 2.5)), [(0.6, 0.6, 0.6)] * 6
+    if corner is not None:
+        box = box_quads((0.5, 0.5, 0.5))[:, ::-1] + np.array(corner)
+        quads, albedo = np.concatenate([quads, box]), albedo + [colour] * 6
+    return scene_of(quads, np.array(albedo), lights=(lamp,)), Points(*face_points(quads, 5))
+
+
+def settings(seed=0):
+    return BakeSettings(error=0.08, seed=seed)
+
+
+BOX, AWAY = (1.0, 1.0, 0.0), (1.5, 1.2, 0.4)
+CHANGES = {
+    "moved": (room(BOX), room(AWAY)),
+    "removed": (room(BOX), room()),
+    "added": (room(), room(BOX)),
+    "recoloured": (room(BOX), room(BOX, (0.1, 0.2, 0.9))),
+}
+
+
+@pytest.fixture(scope="module")
+def sessions():
+    """Baked sessions by the number of the seed, of a room with its box and of the empty one."""
+    found = {}
+    for name, scene in (("box", room(BOX)), ("empty", room())):
+        found[name] = [BakeSession(*scene, settings(seed)) for seed in range(BAKES)]
+        for session in found[name]:
+            session.first = finished(session.bake())
+    return found
+
+
+@pytest.fixture(scope="module")
+def full():
+    """Whole bakes of the changed scenes by the name of the change."""
+    return {
+        name: [baked(*after, settings(100 + seed)) for seed in range(BAKES)] for name, (_, after) in CHANGES.items()
+    }
+
+
+def light(result):
+    return result.irradiance.sum(axis=1)
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_an_update_finds_the_light_of_a_whole_bake(change, sessions, full):
+    before, after = CHANGES[change]
+    updated = [finished(s.update(*after)) for s in sessions["empty" if before[0] is CHANGES["added"][0][0] else "box"]]
+    expected = np.mean([light(bake) for bake in full[change]], axis=0)
+    seen = expected > 0.02 * np.median(expected)
+    off = [(light(u) - light(f))[seen] / expected[seen] for u, f in zip(updated, full[change], strict=True)]
+    # Points of one bake share photons and records, so that only bakes are independent: of all points, and of the
+    # nearest to the change.
+    near = np.argsort(np.linalg.norm(after[1].centres[seen] - BOX, axis=1))[:40]
+    for part in (slice(None), near):
+        assert stats.ttest_1samp([each[part].mean() for each in off], 0.0).pvalue > 0.002
+    errors = [
+        np.hypot(u.standard_error.sum(axis=1), f.standard_error.sum(axis=1))
+        for u, f in zip(updated, full[change], strict=True)
+    ]
+    scores = np.concatenate([each * expected[seen] / error[seen] for each, error in zip(off, errors, strict=True)])
+    assert 0.6 < np.sqrt(np.mean(scores**2)) < 1.3
+    # As good as a whole bake.
+    assert np.median([u.relative_error / f.relative_error for u, f in zip(updated, full[change], strict=True)]) < 1.2
+
+
+def test_without_the_update_the_test_above_would_fail(sessions, full):
+    old = np.mean([light(s.first)[:150] for s in sessions["box"]], axis=0)
+    new = np.array([light(bake)[:150] for bake in full["moved"]])
+    lit = new.mean(axis=0) > 0.02 * np.median(new)
+    scores = (old - new.mean(axis=0))[lit] / np.maximum(new.std(axis=0, ddof=1)[lit], 1e-9)
+    assert np.sqrt(np.mean(scores**2)) > 2.0
+
+
+def test_there_and_back_again_is_exactly_the_first_bake(sessions):
+    session, generator = sessions["box"][0], np.random.default_rng(1)
+    for _ in range(2):
+        finished(session.update(*room(generator.uniform((0.2, 0.2, 0.0), (3.2, 2.2, 1.5)))))
+    again = finished(session.update(*room(BOX)))
+    assert np.array_equal(again.irradiance, session.first.irradiance)
+    assert np.array_equal(again.standard_error, session.first.standard_error)
+
+
+def test_the_same_change_gives_the_same_light(sessions):
+    once, twice = (finished(sessions["box"][0].update(*room(AWAY))) for _ in range(2))
+    assert np.array_equal(once.irradiance, twice.irradiance)
+
+
+def test_what_cannot_be_updated_is_said(sessions):
+    session, (scene, points) = sessions["box"][0], room(BOX)
+    with pytest.raises(NotUpdatableError, match="lights have changed"):
+        finished(session.update(*room(BOX, lamp=replace(LAMP, power=(1.0, 1.0, 1.0)))))
+    with pytest.raises(NotUpdatableError, match="left the room"):
+        finished(session.update(*room((9.0, 0.0, 0.0))))
+    with pytest.raises(NotUpdatableError, match="no bake"):
+        finished(BakeSession(scene, points, settings()).update(scene, points))
+    with pytest.raises(InvalidSettingError, match="shadow rays"):
+        BakeSession(scene, points, BakeSettings(direct="photons"))
+    with pytest.raises(SessionTooLargeError, match="GB"):
+        finished(BakeSession(scene, points, settings(), limit=10_000).bake())
+
+
+def test_rows_that_come_several_times_are_matched_one_by_one():
+    before = np.array([(1.0, 0.0), (2.0, 0.0), (1.0, 0.0), (3.0, 5.0)])
+    after = np.array([(1.0, 0.0), (1.0, -0.0), (1.0, 0.0), (4.0, 0.0), (3.0, 5.0)])
+    assert same_rows(before, after).tolist() == [0, 2, -1, -1, 3]
+
+
+def test_triangles_are_the_same_in_place_and_material():
+    before, after = room(BOX)[0], room(BOX, (0.1, 0.2, 0.9))[0]
+    assert np.array_equal(same_triangles(before, after) < 0, np.arange(24) >= 12)
+
+
+def test_balls_hold_all_that_changed_and_are_apart_where_that_is():
+    parts = np.concatenate([np.random.default_rng(2).uniform(0, 1, (9, 3, 3)) + at for at in (0, (7, 0, 0), (0, 9, 9))])
+    balls = Balls.around(parts)
+    assert len(balls) == 3 and (balls.radii < 1.0).all()
+    assert (balls.distances(parts.reshape(-1, 3)) < 1.0).all()
+
+
+def test_rays_into_cones_bring_the_light_that_comes_from_there():
+    balls = Balls(np.array([(0.3, 0.0, 1.0), (-0.5, 0.2, 0.8), (0.0, 0.0, 0.1)]), np.array([0.4, 0.5, 0.05]))
+    place, up = np.array([(0.0, 0.0, 0.0)]), np.array([(0.0, 0.0, 1.0)])
+    generator = np.random.default_rng(3)
+    sight = Sight.of(balls, np.repeat(place, 4000, axis=0), np.repeat(up, 4000, axis=0), 0.1)
+    rays = sight.rays(generator)
+    # Cosine-weighted directions say the same of the share of light from all cones together.
+    found = np.bincount(rays.row, rays.scale, 4000)
+    directions = np.c_[generator.normal(size=(200_000, 2)), np.zeros(200_000)]
+    directions /= np.linalg.norm(directions, axis=1)[:, None] / np.sqrt(generator.random(200_000))[:, None]
+    directions[:, 2] = np.sqrt(1.0 - (directions[:, :2] ** 2).sum(axis=1))
+    expected = (sight.ball(np.zeros(200_000, int), directions) >= 0).mean()
+    assert found.mean() == pytest.approx(expected, abs=4 * np.hypot(found.std() / 63, 0.5 / 447))
+
+
+def test_exchanged_particles_leave_the_sums_of_the_others():
+    generator = np.random.default_rng(4)
+
+    def sums(particles):
+        total, squares, repeated = generator.random((3, 6, 2, 3))
+        return IrradianceEstimate(
+            total, squares, repeated[:, 0], generator.random((6, 3)), np.ones((6, 2)), particles, (1.0, 2.0)
+        )
+
+    kept, old, new = sums(50), sums(0), sums(0)
+    found = kept.merged(old).exchanged(old, new)
+    for name in ("total", "squares", "repeated"):
+        assert getattr(found, name) == pytest.approx(getattr(kept.merged(new), name))

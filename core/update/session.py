@@ -72,7 +72,7 @@ class BakeSession:
 
     def bake(self, fit: VertexFit | None = None) -> Stage:
         """The first bake, as :func:`..bake.bake` does it; the light is the same."""
-        work = Baking(self._scene, self._points, self._settings, fit, self._journal)
+        work = Baking(self._scene, self._points, self._settings, fit, journal=self._journal)
         yield from work.place_points()
         yield from work.cast_first_rays()
         yield from work.place_records()

@@ -4,7 +4,7 @@ With the extension installed and enabled, and a scene with at least one mesh and
 
     blender --enable-event-simulate SCENE.blend --python tools/window/try_panel.py -- FOLDER [PHOTONS [NAME...]]
 
-The pictures go to FOLDER; look at them. PHOTONS (default 4 million) must make a bake of a few seconds. NAMEs choose
+The pictures go to FOLDER; look at them. PHOTONS (default 300 000) must make a bake of a few seconds. NAMEs choose
 among the TRIES below. Blender ends with status 0 when all went well, else with 1 and a traceback. The scene file is
 not changed.
 
@@ -22,7 +22,7 @@ sys.path.insert(0, os.path.dirname(__file__))
 import window_driver as user
 
 FOLDER, *REST = sys.argv[sys.argv.index("--") + 1 :]
-PHOTONS = int(REST[0]) if REST else 4_000_000
+PHOTONS = int(REST[0]) if REST else 300_000
 TRIES = (
     "escape",
     "cancel_button",

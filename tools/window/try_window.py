@@ -60,7 +60,7 @@ def parse() -> argparse.Namespace:
     parser.add_argument("tries", nargs="*", help="only these")
     parser.add_argument("--archive", type=Path, help="the extension, built already")
     parser.add_argument("--pictures", type=Path, default=ROOT / "build" / "window")
-    parser.add_argument("--photons", type=int, default=300_000, help="of each bake: some seconds' worth")
+    parser.add_argument("--photons", type=int, default=2_000_000, help="of bakes that are interrupted")
     return parser.parse_args()
 
 

@@ -66,12 +66,7 @@ def bake(
     returns a BakeResult. Memory is bounded by the batch. Raises NoLightError without light, InvalidSettingError and
     InvalidArrayError on bad input.
     """
-    work = Baking(scene, points, settings, fit, crew)
-    yield from work.place_points()
-    yield from work.cast_first_rays()
-    yield from work.place_records()
-    yield from work.place_discs()
-    return (yield from work.refine())
+    return (yield from Baking(scene, points, settings, fit, crew).stages())
 
 
 class Baking:
@@ -106,6 +101,14 @@ class Baking:
         self._names = "none", "No photons were searched."
         self._by_rays = Irradiance.dark(len(points))
         self._emitted = np.zeros(3)
+
+    def stages(self) -> Stage[BakeResult]:
+        """All of them, one after the other."""
+        yield from self.place_points()
+        yield from self.cast_first_rays()
+        yield from self.place_records()
+        yield from self.place_discs()
+        return (yield from self.refine())
 
     def place_points(self) -> Stage[None]:
         """Find where the points can look around from."""

@@ -57,9 +57,14 @@ def _not_found(name: str, found: dict, scene: bpy.types.Scene) -> str:
     return f"No object is named '{name}' in the scene '{scene.name}'" + (f": did you mean {hint}?" if hint else ".")
 
 
+def name_of(obj: bpy.types.Object) -> tuple[str, str | None]:
+    """The object's name and library, which tell it from all others."""
+    return obj.name, obj.library.filepath if obj.library else None
+
+
 def objects_by_name() -> dict[tuple[str, str | None], bpy.types.Object]:
     """All objects by name and library, asked for each time: references do not survive an undo during the bake.
 
     Blender itself would look through all of them for each name.
     """
-    return {(obj.name, obj.library.filepath if obj.library else None): obj for obj in bpy.data.objects}
+    return {name_of(obj): obj for obj in bpy.data.objects}

@@ -304,7 +304,8 @@ class DirectLight:
     def _nearby_lamps(self) -> NearbyLight | None:
         """The lamps alone as they are seen from places near the points; rays by chance meet the rest.
 
-        None where no rays are followed on."""
+        None where no rays are followed on.
+        """
         if self._followed is None:
             return None
         found = self._exact, self._by_lamps.plain_mean(), self._by_surroundings.plain_mean()
@@ -341,10 +342,8 @@ class DirectLight:
         if begin == 0 and self._lights.sharp is not None:
             self._exact[:, rows] = self._lights.sharp.exact(part, rows, points, normals, group).T
         if self._lights.soft is not None:
-            generator, sums = (
-                self._generator(begin, self._first + rows.start, 0),
-                self._phase(self._by_lamps).part(rows),
-            )
+            generator = self._generator(begin, self._first + rows.start, 0)
+            sums = self._phase(self._by_lamps).part(rows)
             lit = self._relative_light(rows=rows)
             self._lights.soft.cast(part, rows, points, normals, group, plan[0][rows], generator, sums, lit)
         if self._lights.surroundings.rays_per_round:

@@ -73,11 +73,7 @@ class BakeSession:
     def bake(self, fit: VertexFit | None = None) -> Stage:
         """The first bake, as :func:`..bake.bake` does it; the light is the same."""
         work = Baking(self._scene, self._points, self._settings, fit, journal=self._journal)
-        yield from work.place_points()
-        yield from work.cast_first_rays()
-        yield from work.place_records()
-        yield from work.place_discs()
-        result = yield from work.refine()
+        result = yield from work.stages()
         self._base = _Base(self._scene, self._points, self._settings, work, self._journal, result)
         return result
 
@@ -225,7 +221,8 @@ class _Update:
             pass
         spread = rays.reflected_spread(base.work.records.common_error)
         noise = Irradiance(np.zeros_like(spread.value), spread.standard_error)
-        return rays.irradiance, rays.reflected + noise, rays.irradiance + rays.reflected
+        direct, reflected = rays.irradiance, rays.reflected
+        return direct, reflected + noise, direct + reflected
 
     def _differences(self, records: ChangedRecords, kept: np.ndarray):
         """By how much direct and indirect light differ at the ``kept`` points (N,): two Irradiance."""

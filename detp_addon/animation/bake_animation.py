@@ -11,7 +11,7 @@ import numpy as np
 
 from ...core.errors import InvalidSettingError, NoLightError, NoMeshError
 from ...core.memory import memory_errors_named
-from ..chosen_objects import chosen_objects, objects_by_name
+from ..chosen_objects import chosen_objects, name_of, objects_by_name
 from ..chosen_views import not_baked
 from ..found_light import FoundLight, found_light
 from ..materials.use_light import refresh_materials
@@ -66,7 +66,7 @@ class _Kept:
     def take(self, found: FoundLight, colours: Sequence[MeshColours], warnings: Sequence[str]) -> None:
         """Add a frame."""
         for entry in colours:
-            key = _key(entry.object)
+            key = name_of(entry.object)
             before = self.colours.setdefault(key, [None] * self.count)
             before.append(next(iter(entry.layers.values())).astype(np.float32))
         for target in found.targets:
@@ -220,7 +220,3 @@ def _entries(kept: _Kept, still: set[Key]) -> tuple[list[MeshColours], dict[bpy.
 
 def _first(entry: MeshColours) -> np.ndarray:
     return next(iter(entry.layers.values()))
-
-
-def _key(obj: bpy.types.Object) -> Key:
-    return obj.name, obj.library.filepath if obj.library else None

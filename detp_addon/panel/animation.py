@@ -59,9 +59,7 @@ class DETP_OT_bake_animation(FrameOptions, BakeOptions, Baking, bpy.types.Operat
         return False  # one frame's light would be shown on another frame's scene
 
     def _options(self, context) -> dict:
-        settings = context.scene.detp_animation
-        own = {name: getattr(settings, name) for name in FrameOptions.__annotations__}
-        return super()._options(context) | self._given(own)
+        return super()._options(context) | self._given(_frame_options(context.scene))
 
     def _steps(self, context, request, options, _live):
         frames = frames_of(context.scene, options)
@@ -140,7 +138,7 @@ class DETP_PT_animation(SidebarTab, bpy.types.Panel):
             return
         column.operator("detp.bake_animation", icon="RENDER_ANIMATION")
         try:
-            frames = frames_of(scene, {name: getattr(settings, name) for name in FrameOptions.__annotations__})
+            frames = frames_of(scene, _frame_options(scene))
             still = forecast_of(scene, context.view_layer, bake_request(scene_options(scene.detp)))
         except DetpError as error:
             column.label(text=str(error), icon="INFO")
@@ -157,6 +155,11 @@ def frames_of(scene: bpy.types.Scene, options: dict) -> Frames:
     """The frames that the operator's arguments mean. Raises InvalidSettingError."""
     first, last = (options["first"], options["last"]) if options["own_range"] else (scene.frame_start, scene.frame_end)
     return Frames(first, last, options["every"])
+
+
+def _frame_options(scene: bpy.types.Scene) -> dict:
+    """The scene's settings for animations as arguments of the operator."""
+    return {name: getattr(scene.detp_animation, name) for name in FrameOptions.__annotations__}
 
 
 def register_animation() -> None:

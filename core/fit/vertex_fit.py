@@ -13,13 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..irradiance import DARK_SHARE, Irradiance
+from .bends import Bends
 from .equations import Matrix, Neighbours, added
 from .shown_faces import FacePlaces, ShownFaces
 
-#: Values beside each other differ by about this share of the light, as long as nothing is known of them, and then by
-#: as much as they do beyond noise in the triangles around, at least by the second share: the noisier places are, the
-#: more that counts. Differences beyond so many standard errors of a place are no noise, and stay.
-DIFFERENCE, LEAST_DIFFERENCE, BEYOND = 0.3, 0.05, 3.0
+#: Across an edge values bend by about this share of the light, as long as nothing is known of them, and then by as much
+#: as they do beyond noise around it, at least by the second share: the noisier places are, the more that counts. Bends
+#: beyond so many standard errors of a place are no noise, and stay.
+BEND, LEAST_BEND, BEYOND = 0.1, 0.02, 3.0
 
 #: Values beside each other on faces that bend differ about by the angle in radians and LEAST_ANGLE, as shares of the
 #: light; that counts as much as a place does that differs by SEAM. So do the ends of edges that are shorter than SHORT
@@ -59,7 +60,7 @@ ROUGHLY, FINALLY, STEPS, STEPS_FOR_ERRORS = 3, 3, 8, 10
 #: What the fit leaves of errors is found out again when they have fallen to this share.
 AGAIN = 0.75
 
-#: Differences are looked at in so many rings of triangles.
+#: Bends are looked at in so many rings of triangles.
 RINGS = 3
 
 #: Random noises that tell how errors of places become errors of values.
@@ -102,14 +103,14 @@ class VertexFit:
         self._faces, self._places = faces, places
         self._values = faces.values.take(places.triangle, axis=0)
         shown = faces.values
-        short, bends = faces.short_edges(SHORT)
-        self._beside, bends = np.concatenate([faces.beside, short]), np.concatenate([faces.angles, bends])
-        self._neighbours = Neighbours(
-            np.concatenate([shown[:, [0, 1]], shown[:, [1, 2]], shown[:, [2, 0]], self._beside]), faces.count
-        )
+        short, turns = faces.short_edges(SHORT)
+        self._beside, turns = np.concatenate([faces.beside, short]), np.concatenate([faces.angles, turns])
+        self._bends = Bends.of(faces)
+        pairs = [shown[:, [0, 1]], shown[:, [1, 2]], shown[:, [2, 0]], self._beside, self._bends.pairs]
+        self._neighbours = Neighbours(np.concatenate(pairs), faces.count)
         pairs = np.maximum(np.bincount(self._beside.ravel(), minlength=faces.count), 1)
         share = (faces.around / pairs)[self._beside].min(axis=1, initial=np.inf)
-        self._seams = share * SEAM**2 / (bends**2 + LEAST_ANGLE**2)
+        self._seams = share * SEAM**2 / (turns**2 + LEAST_ANGLE**2)
         # The share of places' errors by chance that is left where it is shown, and their sum when that was found out.
         self._left, self._sized = np.ones((len(places.area), 1)), np.inf
         # m^2 that a place stands for on each triangle, or would if it had one.
@@ -132,15 +133,15 @@ class VertexFit:
         # What has no lit place around it may take the light of what is beside it.
         high = -self._least(-light.value, lit)
         value = np.clip(np.median(light.value[lit], axis=0) if lit.any() else 0.0, low, high)
-        differ, held = DIFFERENCE, np.zeros(len(self._seams))
+        bend, held = BEND, np.zeros(len(self._seams))
         weights, level = area / (found + usual) ** 2, np.full(self.count, usual)
         for turn in range(ROUGHLY + FINALLY):
-            equations = self._equations(weights, noise / differ, noise, held, level, usual)
+            equations = self._equations(weights, self._smooth(noise, bend, level, usual), held, level, usual)
             value = equations.solved(self._sums(weights[:, None] * light.value), value, STEPS)
             value = np.clip(value, low, high)
             level = np.abs(value).sum(axis=1)
             if turn + 1 == ROUGHLY:
-                differ = self._differences(level, self._spread(equations, weights, errors), usual)
+                bend = self._bent(level, self._spread(equations, weights, errors), usual)
                 held = self._held(level, usual)
             weights = area * _weights(np.abs(self.shown(value)).sum(axis=1), found, errors.sum(axis=1), usual)
         spread = np.sqrt((self._spread(equations, weights, errors) ** 2).mean(axis=1))
@@ -207,19 +208,23 @@ class VertexFit:
         right = self._sums((weights * errors.sum(axis=1))[:, None] * signs)
         return equations.solved(right, np.zeros_like(right), STEPS_FOR_ERRORS)
 
-    def _differences(self, level: np.ndarray, spread: np.ndarray, usual: float) -> np.ndarray:
-        """By what share (T,) of the light values beside each other differ in and around each triangle, beyond noise."""
-        shown = self._faces.values
-        mean = level.take(shown).mean(axis=1) + USUAL * usual
-        own, by_noise = (
-            ((np.roll(each, -1, axis=1) - each) ** 2).mean(axis=(1, 2)) / mean**2
-            for each in (level[:, None].take(shown, axis=0), spread.take(shown, axis=0))
-        )
-        beyond = own - by_noise
-        counts = np.maximum(np.bincount(shown.ravel(), minlength=self.count), 1)
-        for _ in range(RINGS):
-            beyond = (np.bincount(shown.ravel(), np.repeat(beyond, 3), self.count) / counts).take(shown).mean(axis=1)
-        return np.sqrt(np.clip(beyond, LEAST_DIFFERENCE**2, DIFFERENCE**2))
+    def _bent(self, level: np.ndarray, spread: np.ndarray, usual: float) -> np.ndarray:
+        """By what share (H,) of the light values bend across each edge and around it, beyond noise."""
+        bends = self._bends
+        mean = level.take(bends.values).mean(axis=1) + USUAL * usual
+        beyond = (bends.at(level) ** 2 - (bends.at(spread) ** 2).mean(axis=1)) / mean**2
+        return np.sqrt(np.clip(bends.smoothed(beyond, self.count, RINGS), LEAST_BEND**2, BEND**2))
+
+    def _smooth(self, noise: np.ndarray, bend: np.ndarray | float, level: np.ndarray, usual: float) -> np.ndarray:
+        """How much (H,) bends count, where places have that relative ``noise`` (T,), of values of that ``level`` (U,)
+        that are likely to ``bend`` by that share."""
+        bends = self._bends
+        scale = 2.0 * level.take(bends.values).mean(axis=1) + USUAL * usual
+        squared = (noise**2).take(bends.triangles).mean(axis=1)
+        noise = BEYOND**2 * squared * scale**2
+        kept = np.divide(noise, noise + bends.at(level) ** 2, out=np.zeros_like(noise), where=noise > 0)
+        area = self._place_area.take(bends.triangles).mean(axis=1)
+        return kept * squared / bend**2 * area / scale**2
 
     def _sums(self, at_places: np.ndarray) -> np.ndarray:
         """Sums (U, d) of what is given at the places (K, d), by their weights at each value."""
@@ -240,29 +245,18 @@ class VertexFit:
         apart = np.abs(ends[:, 0] - ends[:, 1]) / (ends.sum(axis=1) + USUAL * usual)
         return self._seams / (1.0 + (apart / APART) ** 2) ** 2
 
-    def _equations(self, weights, smooth: np.ndarray, noise: np.ndarray, seams, level: np.ndarray, usual) -> Matrix:
+    def _equations(self, weights, smooth: np.ndarray, seams, level: np.ndarray, usual: float) -> Matrix:
         """The equations of values, which are about at ``level`` (U,), where places have those ``weights`` (K,).
 
-        They have the relative ``noise`` (T,), and that over what values are likely to differ by is ``smooth`` (T,);
-        ``seams`` (P,) m^2 say how much what lies beside each other is held together.
+        Bends count ``smooth`` (H,), and ``seams`` (P,) m^2 say how much what lies beside each other is held together.
         """
-        places, shown, beside = self._places, self._faces.values, self._beside
-        at = level.take(shown)
-        scale = 2.0 * at.mean(axis=1) + USUAL * usual
-        differ = np.roll(at, -1, axis=1) - at
-        expected = (BEYOND * noise * scale)[:, None]
-        kept = np.divide(expected**2, expected**2 + differ**2, out=np.zeros_like(differ), where=expected > 0)
-        kept *= (smooth**2 * self._place_area / (3.0 * scale**2))[:, None]
-        seams = seams / (level.take(beside).sum(axis=1) + USUAL * usual) ** 2
-        held = np.concatenate([*kept.T, seams])
-        ends = np.concatenate([shown[:, 0], shown[:, 1], shown[:, 2], beside[:, 0]])
-        others = np.concatenate([shown[:, 1], shown[:, 2], shown[:, 0], beside[:, 1]])
-        own = np.bincount(ends, held, self.count) + np.bincount(others, held, self.count)
+        places, shown, bends = self._places, self._faces.values, self._bends
         products = weights[:, None] * places.weights * np.roll(places.weights, -1, axis=1)
         pulled = [np.bincount(places.triangle, product, len(shown)) for product in products.T]
-        squares = (weights[:, None] * places.weights**2).ravel()
-        own += np.bincount(self._values.ravel(), squares, self.count)
-        return self._neighbours.matrix(own, np.concatenate([*pulled, np.zeros(len(beside))]) - held)
+        seams = seams / (level.take(self._beside).sum(axis=1) + USUAL * usual) ** 2
+        own = np.bincount(self._beside.ravel(), np.repeat(seams, 2), self.count) + bends.squares(smooth, self.count)
+        own += np.bincount(self._values.ravel(), (weights[:, None] * places.weights**2).ravel(), self.count)
+        return self._neighbours.matrix(own, np.concatenate([*pulled, -seams, bends.products(smooth)]))
 
     def _least(self, at_places: np.ndarray, counts: np.ndarray) -> np.ndarray:
         """The least (U, 3) of what is given at places that count, on the triangles around each value and beside it;

@@ -92,6 +92,14 @@ def test_an_edge_of_light_beyond_noise_stays_while_noise_is_taken_away():
     assert np.sqrt(np.mean(off**2)) < 0.03
 
 
+def test_noise_is_taken_away_where_light_runs_steeply():
+    faces, positions = plane(20)
+    steep = lambda at: 0.2 + 4.0 * at[:, 0]  # noqa: E731
+    off = fitted(faces, steep, noise=0.15).light.value[:, 0] / steep(positions) - 1.0
+    lit = positions[:, 0] > 0.2
+    assert np.sqrt(np.mean(off[lit] ** 2)) < 0.04
+
+
 def test_standard_errors_are_what_seeds_differ_by():
     faces, _ = plane(24)
     places = faces.drawn(0)

@@ -7,6 +7,7 @@ from itertools import combinations
 
 import numpy as np
 
+from ..triangles import normals_and_areas
 from .shown_faces import ShownFaces
 
 #: Two triangles whose far corners lie farther off the ends of their edge, as a share of its length, are slivers beside
@@ -22,11 +23,13 @@ class Bends:
     weights    (H, 4) of these values in the bend: how far the line between the far corners, were both triangles in one
                plane, passes above the edge
     triangles  (H, 2)
+    angles     (H,) radians, by which the surface bends there
     """
 
     values: np.ndarray
     weights: np.ndarray
     triangles: np.ndarray
+    angles: np.ndarray
 
     @classmethod
     def of(cls, faces: ShownFaces) -> Bends:
@@ -51,7 +54,10 @@ class Bends:
         weights = np.stack([second - 1.0, -second, *far], axis=1)
         apart = (values[:, 0] != values[:, 1]) & (values[:, 2] != values[:, 3])
         kept = np.flatnonzero(apart & (second > -ASIDE) & (second < 1.0 + ASIDE))
-        return cls(values[kept], weights[kept], triangles.T[kept])
+        triangles = triangles.T[kept]
+        one, other = normals_and_areas(faces.corners)[0][triangles].swapaxes(0, 1)
+        angles = 2.0 * np.arcsin(np.minimum(0.5 * np.linalg.norm(one - other, axis=1), 1.0))
+        return cls(values[kept], weights[kept], triangles, angles)
 
     def __len__(self) -> int:
         return len(self.values)

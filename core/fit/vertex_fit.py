@@ -19,8 +19,9 @@ from .shown_faces import FacePlaces, ShownFaces
 
 #: Across an edge values bend by about this share of the light, as long as nothing is known of them, and then by as much
 #: as they do beyond noise around it, at least by the second share: the noisier places are, the more that counts. Bends
-#: beyond so many standard errors of a place are no noise, and stay.
-BEND, LEAST_BEND, BEYOND = 0.1, 0.02, 3.0
+#: beyond so many standard errors of a place are no noise, and stay. Where the surface bends, light is likely to, by so
+#: large a share for each radian.
+BEND, LEAST_BEND, BEYOND, BEND_OF_SURFACE = 0.1, 0.02, 3.0, 0.3
 
 #: Values beside each other on faces that bend differ about by the angle in radians and LEAST_ANGLE, as shares of the
 #: light; that counts as much as a place does that differs by SEAM. So do the ends of edges that are shorter than SHORT
@@ -224,7 +225,8 @@ class VertexFit:
         noise = BEYOND**2 * squared * scale**2
         kept = np.divide(noise, noise + bends.at(level) ** 2, out=np.zeros_like(noise), where=noise > 0)
         area = self._place_area.take(bends.triangles).mean(axis=1)
-        return kept * squared / bend**2 * area / scale**2
+        likely = bend**2 + (BEND_OF_SURFACE * bends.angles) ** 2
+        return kept * squared / likely * area / scale**2
 
     def _sums(self, at_places: np.ndarray) -> np.ndarray:
         """Sums (U, d) of what is given at the places (K, d), by their weights at each value."""

@@ -26,8 +26,9 @@ def test_a_bend_is_what_the_line_between_the_far_corners_passes_above_the_edge()
 
 
 def test_a_fold_counts_as_if_it_lay_flat():
-    faces, _ = two_triangles((0.2, 0.0, 2.0))
-    assert Bends.of(faces).at(np.array([0.0, 0.0, 3.0, 0.0])) == pytest.approx([1.0])
+    bends = Bends.of(two_triangles((0.2, 0.0, 2.0))[0])
+    assert bends.at(np.array([0.0, 0.0, 3.0, 0.0])) == pytest.approx([1.0])
+    assert bends.angles == pytest.approx([np.pi / 2.0])
 
 
 def test_slivers_beside_each_other_and_edges_of_more_than_two_triangles_have_none():

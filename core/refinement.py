@@ -60,7 +60,7 @@ BEYOND, TIMES, FEW = 0.3, 3.0, 0.01
 #: Such neighbourhoods are given up after so many rounds of rays of their own, or rays for each of all points on average
 #: for an error of 4 % (their number grows as one over its square), or when the photons have become so many times as
 #: many. An error that was asked for gives up after PATIENCE times as many rays.
-MOST_OWN_ROUNDS, MOST_RAYS, PATIENCE, MORE_PHOTONS = 512, 400.0, 4.0, 4.0
+MOST_OWN_ROUNDS, MOST_RAYS, PATIENCE, MORE_PHOTONS = 512, 150.0, 4.0, 4.0
 
 #: A point's relative standard error counts as no more than this, so that dark corners do not take all the work.
 LARGEST_ERROR = 0.5

@@ -86,15 +86,15 @@ class Fitted:
 class FaceLosses:
     """What F faces show wrong.
 
-    share  (F,) of the light, 0..1, in the mean over places: how far what is shown there is from what was found, beyond
-           noise, over the larger of both
-    area   (F,) m^2, 0 where nothing is known
-    light  (F,) W/m^2, RGB sum, mean of the larger of both
+    share   (F,) of the light, 0..1, in the mean over places: how far what is shown there is from what was found, beyond
+            noise, over the larger of both
+    area    (F,) m^2, 0 where nothing is known
+    bright  (F,) how bright each looks, 0..1: the mean of the larger of both, over that and what is usual in the scene
     """
 
     share: np.ndarray
     area: np.ndarray
-    light: np.ndarray
+    bright: np.ndarray
 
 
 class VertexFit:
@@ -199,7 +199,7 @@ class VertexFit:
         counted = np.bincount(of, area, count)
         share, bright = (
             np.divide(np.bincount(of, area * each, count), counted, out=np.zeros(count), where=counted > 0)
-            for each in (wrong, beside)
+            for each in (wrong, beside / (beside + usual))
         )
         return FaceLosses(share, np.bincount(face, self._faces.areas, count) * (counted > 0), bright)
 

@@ -21,7 +21,8 @@ class LossyFaces:
 
     objects  names and libraries (None for the file's own); owners (F,) and faces (F,): the rows there, and of the mesh
     shares   (F,) of the light that is wrong on each, beyond noise
-    whole    the share of the light of all faces together; NaN where nobody looked
+    whole    the same of all faces together, where a spot hundreds of times brighter counts little more than the usual
+             light does; NaN where nobody looked
     """
 
     objects: tuple[tuple[str, str | None], ...] = ()
@@ -33,10 +34,10 @@ class LossyFaces:
     @classmethod
     def of(cls, objects, owners, faces, losses: FaceLosses) -> LossyFaces:
         """Those of all faces (F), with their ``losses``, that show too much wrong to let it be."""
-        shares, fluxes = losses.share, losses.area * losses.light
+        shares, seen = losses.share, losses.area * losses.bright
         rows = np.flatnonzero(shares > DIVIDED)
         rows = rows[np.argsort(-(shares * losses.area)[rows], kind="stable")]
-        whole = float(shares @ fluxes / fluxes.sum()) if fluxes.any() else float("nan")
+        whole = float(shares @ seen / seen.sum()) if seen.any() else float("nan")
         return cls(tuple(objects), owners[rows], faces[rows], shares[rows], whole)
 
     def by_object(self, most: int | None = None, beyond: float = DIVIDED) -> FacesByObject:

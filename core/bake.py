@@ -100,6 +100,7 @@ class Baking:
         self.photons: PhotonLight | None = None
         self._names = "none", "No photons were searched."
         self._by_rays = Irradiance.dark(len(points))
+        self._doubtful: np.ndarray | None = None
         self._emitted = np.zeros(3)
 
     def stages(self) -> Stage[BakeResult]:
@@ -216,14 +217,14 @@ class Baking:
         cells = len(self.records) if self.gathers else 0
         refinement = Refinement(self._settings, self.rays, self.photons, self._stopwatch, self._start, cells)
         result, *mended = self._found()
-        refinement.observe(*mended, result.seen)
+        refinement.observe(*mended, result.seen, result.ending_error)
         while (step := refinement.next()) is not None:
             if step.rounds:
                 yield from self._cast(step.rounds, refinement)
             else:
                 yield from self._trace(step.photons, refinement, result.irradiance)
             result, *mended = self._found()
-            refinement.observe(*mended, result.seen)
+            refinement.observe(*mended, result.seen, result.ending_error)
             yield Progress("Refining", refinement.fraction, result)
         return result
 
@@ -287,6 +288,9 @@ class Baking:
         hidden, seen = self._hidden(light), light
         if self._fit is not None:
             seen = self._fit.seen(light, np.where(hidden, 0.0, self.places.open), mended[0])
+        if self._doubtful is None and light.value.any() and np.isfinite(seen.standard_error).all():
+            # Once for all: what has become sure counts as reached, and what single rays lit since then does not count.
+            self._doubtful = seen.doubtful
         return self._result(direct, indirect, seen, hidden), *mended
 
     def _only_direct(self) -> BakeResult:
@@ -307,6 +311,7 @@ class Baking:
             direct=direct,
             indirect=indirect,
             seen=seen,
+            doubtful=np.ones(len(hidden), bool) if self._doubtful is None else self._doubtful,
             hidden=hidden,
             open=self.places.open,
             coarse=self.places.coarse,

@@ -16,9 +16,9 @@ HALVINGS = 24
 #: Points with less than this share of the light that is usual in a scene are seen as dark, whatever their own light.
 DARK_SHARE = 0.02
 
-#: Points with a smaller relative standard error than this are sure; the others speak for themselves when they are more
-#: than such a share of all.
-SURE, FEW = 1e-3, 0.01
+#: Lit points with a smaller relative standard error than this are sure; the others speak for themselves when they are
+#: more than such a share of all.
+SURE, FEW = 2e-3, 0.01
 
 
 @dataclass(frozen=True)
@@ -51,12 +51,20 @@ class Irradiance:
         """
         return error_within(self.relative_errors, 0.5)
 
-    @cached_property
-    def unsure_error(self) -> float:
-        """The same of the points alone whose light is not sure: the open does not vouch for what lies in shadow."""
-        errors = self.relative_errors
-        unsure = errors[errors > SURE]
-        return error_within(unsure, 0.5) if len(unsure) > FEW * len(errors) else self.relative_error
+    def error_among(self, some: np.ndarray) -> float:
+        """The same of ``some`` (N,) of the points alone."""
+        return Irradiance(self.value[some], self.standard_error[some]).relative_error
+
+    @property
+    def doubtful(self) -> np.ndarray:
+        """The lit points (N,), without those that are sure: the open does not vouch for what lies in shadow.
+
+        All lit ones where hardly any is not sure.
+        """
+        light = np.abs(self.value).sum(axis=1)
+        unsure = self.standard_error.sum(axis=1) > SURE * light
+        lit = light > 0
+        return lit & unsure if np.count_nonzero(lit & unsure) > FEW * np.count_nonzero(lit) else lit
 
     @cached_property
     def seen_errors(self) -> np.ndarray:

@@ -135,9 +135,12 @@ class Refinement:
         # Rounds and photons when half of the points first were well.
         self._well: tuple[int, int] | None = None
 
-    def observe(self, by_rays: Irradiance, by_photons: Irradiance, light: Irradiance) -> None:
-        """Look at what has been found: ``light`` is all, blur included, the others what more of each would mend."""
-        self._error, goal = light.unsure_error, self._settings.aimed_noise
+    def observe(self, by_rays: Irradiance, by_photons: Irradiance, light: Irradiance, error: float) -> None:
+        """Look at what has been found: ``light`` is all, blur included, the others what more of each would mend.
+
+        ``error`` is the median relative one of all points that count.
+        """
+        self._error, goal = error, self._settings.aimed_noise
         if self._photons is not None and self._cells and self._due:
             return
         lit = np.flatnonzero(np.abs(light.value).sum(axis=1) > 0)

@@ -29,6 +29,7 @@ class BakeResult:
     direct        irradiance at the N points that comes straight from the lights, with its standard error
     indirect      irradiance after at least one reflection or refraction; what was not asked for is zero
     seen          all light, with the errors that are left where it is shown
+    doubtful      (N,) points by whose error the bake ends: what was lit, and not sure, when it was first known
     hidden        (N,) points that no light can reach because they are buried in other geometry: nothing is known there
     open          (N,) how well each point can be seen, 0..1: little from within a narrow gap
     coarse        (N,) points on faces too small to be told apart so far from most of the points
@@ -43,6 +44,7 @@ class BakeResult:
     direct: Irradiance
     indirect: Irradiance
     seen: Irradiance
+    doubtful: np.ndarray
     hidden: np.ndarray
     open: np.ndarray
     coarse: np.ndarray
@@ -77,6 +79,11 @@ class BakeResult:
         return self.seen.relative_error
 
     @property
+    def ending_error(self) -> float:
+        """The same of the :attr:`doubtful` points alone."""
+        return self.seen.error_among(self.doubtful)
+
+    @property
     def high_error(self) -> float:
         """The share of the light that is seen by which nine tenths of the points are likely to be off at most."""
         return self.seen.high_error
@@ -86,6 +93,7 @@ class BakeResult:
         sums = "direct indirect seen photons segments shadow_rays emitted_flux cut_flux".split()
         return replace(
             self,
+            doubtful=self.doubtful | other.doubtful,
             hidden=self.hidden & other.hidden,
             radius=max(self.radius, other.radius),
             seconds={stage: seconds + other.seconds[stage] for stage, seconds in self.seconds.items()},

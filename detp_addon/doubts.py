@@ -29,7 +29,7 @@ def doubts_of(
     doubts = []
     aim = settings.aimed_noise
     # Points that are known exactly hide no others.
-    short = aim is not None and result.seen.unsure_error > aim * (1 + 1e-9)
+    short = aim is not None and result.ending_error > aim * (1 + 1e-9)
     if stopped:
         doubts.append("The bake was stopped before its end, and what it had found was kept.")
     elif short:

@@ -76,7 +76,7 @@ def measure(scene, caster, points, normals, error, some, reference) -> None:
             f"{np.median(off):.4f}, root mean square {np.sqrt(np.mean(np.minimum(off, 0.5) ** 2)):.4f}",
             flush=True,
         )
-        refinement.observe(found, dark, found)
+        refinement.observe(found, dark, found, found.relative_error)
         step = refinement.next()
         if step is None:
             return

@@ -6,7 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from detp.core import refinement
+from detp.core.bake import bake
 from detp.core.irradiance import Irradiance
+from detp.core.lights.world import UniformWorld
+from detp.core.points import Points
 from detp.core.refinement import (
     DARK_AFTER,
     FIRST_PHOTONS,
@@ -20,6 +23,7 @@ from detp.core.refinement import (
 )
 from detp.core.settings import NOISE_SHARE, BakeSettings
 from detp.core.stages import Stopwatch
+from rooms import box_quads, face_points, scene_of
 
 POINTS = 1000
 
@@ -53,7 +57,7 @@ class Bake:
         for part, noise, name in ((self.direct, self.noises[0], "done"), (self.photons, self.noises[1], "particles")):
             parts.append(Irradiance.dark(POINTS) if part is None else self.light(noise, getattr(part, name)))
         light = parts[0] + parts[1]
-        self.refinement.observe(*parts, light)
+        self.refinement.observe(*parts, light, light.relative_error)
         return light.relative_error
 
     def run(self, most=500):
@@ -132,14 +136,46 @@ def test_points_that_are_sure_do_not_vouch_for_others():
     errors = np.r_[np.zeros(900), np.full(100, 0.06)]
     light = Irradiance(np.ones((1000, 3)), errors[:, None] * np.ones(3))
     assert light.relative_error == 0.0
-    assert light.unsure_error == pytest.approx(0.6745 * 0.06, rel=1e-3)
+    unsure = light.error_among(light.doubtful)
+    assert unsure == pytest.approx(0.6745 * 0.06, rel=1e-3)
     bake = Bake(BakeSettings("final", indirect="off"), photons=False)
     bake.direct.done = FIRST_ROUNDS
-    bake.refinement.observe(light, Irradiance.dark(1000), light)
+    bake.refinement.observe(light, Irradiance.dark(1000), light, unsure)
     assert bake.refinement.next() is not None
     # One in a thousand changes nothing.
     few = Irradiance(light.value, np.where(np.arange(1000) == 999, 0.06, 0.0)[:, None] * np.ones(3))
-    assert few.unsure_error == few.relative_error == 0.0
+    assert few.doubtful.all()
+
+
+def test_what_single_rays_light_later_does_not_keep_a_bake_from_ending():
+    """Sunk into a floor in the open lies a box with a lid that has a hole: at first hardly any ray gets in."""
+    floor = [(-4, -4, 2), (4, -4, 2), (4, 4, 2), (-4, 4, 2)]
+    bottom, _, *walls = box_quads((1, 1, 1))
+    hole = 0.02
+    lid = [
+        [(0, 0, 1), (0, 1, 1), (0.5 - hole, 1, 1), (0.5 - hole, 0, 1)],
+        [(0.5 + hole, 0, 1), (0.5 + hole, 1, 1), (1, 1, 1), (1, 0, 1)],
+        [(0.5 - hole, 0, 1), (0.5 - hole, 0.5, 1), (0.5 + hole, 0.5, 1), (0.5 + hole, 0, 1)],
+        [(0.5 - hole, 0.5 + hole, 1), (0.5 - hole, 1, 1), (0.5 + hole, 1, 1), (0.5 + hole, 0.5 + hole, 1)],
+    ]
+    quads = np.array([floor, bottom, *walls, *lid], float)
+    scene = scene_of(quads, 0.3, lights=(UniformWorld((1.0, 1.0, 1.0)),))
+    places = [face_points(part, across) for part, across in ((quads[:1], 6), (quads[1:6], 4))]
+    points = Points(*(np.concatenate(part) for part in zip(*places, strict=True)))
+    steps, found = bake(scene, points, BakeSettings(photons=1 << 15)), []
+    while True:
+        try:
+            step = next(steps)
+        except StopIteration as end:
+            last = end.value
+            break
+        if step.found is not None and np.isfinite(step.found.seen.standard_error).all():
+            found.append(step.found)
+    assert len(found) > 1
+    assert all(np.array_equal(each.doubtful, last.doubtful) for each in found)
+    lit = last.irradiance.any(axis=1)
+    assert np.count_nonzero(lit & ~last.doubtful) > 3
+    assert last.ending_error < last.relative_error
 
 
 def test_darkness_is_given_up():

@@ -43,7 +43,7 @@ def unregister() -> None:
 
 def _classes() -> tuple[type, ...]:
     """The operators and panels in the order in which Blender wants them."""
-    from .panel import animation, mixer, operators, panel, result_panel, show_light, use_light
+    from .panel import animation, mixer, operators, panel, result_panel, show_light, update, use_light
 
-    parts = (operators, show_light, use_light, panel, animation, mixer, result_panel)
+    parts = (operators, update, show_light, use_light, panel, animation, mixer, result_panel)
     return tuple(cls for part in parts for cls in part.CLASSES)

@@ -8,7 +8,7 @@ has exactly the light it had.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -109,8 +109,10 @@ class Views:
     share: np.ndarray
 
     @classmethod
-    def of(cls, places: Places, reflected: ReflectedLight, records: RecordFinder, seed: int) -> Views:
-        """From ``places`` among surfaces that send ``reflected`` light on, as ``records`` tell."""
+    def of(
+        cls, places: Places, reflected: ReflectedLight, records: RecordFinder, seed: int
+    ) -> Generator[None, None, Views]:
+        """From ``places`` among surfaces that send ``reflected`` light on, as ``records`` tell; step by step."""
 
         def seen(rows: slice) -> tuple[np.ndarray, ...]:
             count = rows.stop - rows.start
@@ -127,7 +129,10 @@ class Views:
             parts = directions, ways.weight.take(order, axis=0)
             return ray.astype(np.int32), cell.take(order).astype(np.int32), *(part.astype(np.float32) for part in parts)
 
-        found = list(ordered_map(seen, slices(len(places), POINTS_PER_CHUNK)))
+        found = []
+        for part in ordered_map(seen, slices(len(places), POINTS_PER_CHUNK)):
+            found.append(part)
+            yield
         ray, cell, directions, share = map(np.concatenate, zip(*found, strict=True))
         return cls(directions, ray, cell, share)
 

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..bake import Baking
+from ..bake import Baking, during
 from ..direct.direct_light import DirectLight
 from ..direct.stands import Stands
 from ..errors import InvalidSettingError, NotUpdatableError
@@ -29,7 +29,7 @@ from ..rays import RayCaster
 from ..result import BakeResult, Progress
 from ..scene import Scene
 from ..settings import BakeSettings
-from ..stages import Stopwatch
+from ..stages import Stopwatch, collected
 from .changed_light import ChangedRecords
 from .changed_places import Balls, Sight
 from .differences import POINTS_PER_CHUNK, Differences, LightDifferences, Places, Surfaces, Views
@@ -48,14 +48,18 @@ LEAST_BOUNCES = 24
 #: The scene may grow by this share of its radius: lights far away send their photons at the scene as it was.
 GROWTH = 1e-6
 
+#: Why scenes with metals and glass are not updated.
+SPECULAR = "light off mirrors and through glass cannot be updated"
+
 Stage = Generator[Progress, None, BakeResult]
 
 
 class BakeSession:
     """Bakes ``points`` in ``scene`` once, and then after each change what that touches.
 
-    Only gathered light can be updated, and light that comes by shadow rays: InvalidSettingError for other settings.
-    ``limit`` bytes of light paths are kept at most, SessionTooLargeError beyond them.
+    Only gathered light can be updated, and light that comes by shadow rays: InvalidSettingError for other settings, and
+    NotUpdatableError for scenes with metals or glass.
+    Of more than ``limit`` bytes of light paths none is kept, and there is no update.
     """
 
     def __init__(self, scene: Scene, points: Points, settings: BakeSettings, limit: int = LIMIT):
@@ -66,6 +70,8 @@ class BakeSession:
             )
         if settings.shadow_distance is not None:
             raise InvalidSettingError("A bake with a limited distance of shadows cannot be updated.")
+        if scene.specular is not None:
+            raise NotUpdatableError(SPECULAR)
         self._scene, self._points, self._settings = scene, points, settings
         self._journal = PhotonJournal(limit)
         self._base: _Base | None = None
@@ -74,23 +80,29 @@ class BakeSession:
         """The first bake, as :func:`..bake.bake` does it; the light is the same."""
         work = Baking(self._scene, self._points, self._settings, fit, journal=self._journal)
         result = yield from work.stages()
-        self._base = _Base(self._scene, self._points, self._settings, work, self._journal, result)
+        if not self._journal.full:
+            self._base = _Base(self._scene, self._points, self._settings, work, self._journal, result)
         return result
+
+    def check(self) -> None:
+        """Raise NotUpdatableError before the first bake, and SessionTooLargeError where too much was to be kept."""
+        self._journal.check()
+        if self._base is None or not self._base.work.gathers:
+            raise NotUpdatableError("there is no finished bake to update")
 
     def update(self, scene: Scene, points: Points, fit: VertexFit | None = None) -> Stage:
         """The light at ``points`` in a ``scene`` that differs from the first one, wherever it does.
 
         What is the same in both is found by itself. Yields a Progress often, and may be closed at any time. Raises
-        NotUpdatableError before the first bake, and where nothing of it can be kept; then a new one is due.
+        NotUpdatableError before all work where nothing can be kept, and as :meth:`check`; then a new bake is due.
         """
-        if self._base is None or not self._base.work.gathers:
-            raise NotUpdatableError("There is no bake to update: bake once as a whole.")
+        self.check()
         return (yield from _Update(self._base, scene, points, fit).steps())
 
 
-@dataclass(frozen=True)
+@dataclass
 class _Base:
-    """The first bake."""
+    """The first bake, and its ``views`` once they are known."""
 
     scene: Scene
     points: Points
@@ -98,6 +110,7 @@ class _Base:
     work: Baking
     journal: PhotonJournal
     result: BakeResult
+    views: Views | None = None
 
     @cached_property
     def places(self) -> Places:
@@ -109,11 +122,13 @@ class _Base:
         """All light, with the errors by rays alone."""
         return self.work.rays.irradiance + self.work.rays.reflected
 
-    @cached_property
-    def views(self) -> Views:
-        """What they see."""
-        records = self.work.records
-        return Views.of(self.places, records.reflected, records.records.finder, self.settings.seed)
+    def look(self) -> Generator[None, None, None]:
+        """Find out what the points see, step by step, unless that is known."""
+        if self.views is None:
+            records = self.work.records
+            self.views = yield from Views.of(
+                self.places, records.reflected, records.records.finder, self.settings.seed
+            )
 
 
 class _Update:
@@ -123,10 +138,10 @@ class _Update:
         self._base, self._scene, self._points, self._fit = base, scene, points, fit
         self._stopwatch = Stopwatch("radius", "place", "shadow", "trace", "gather")
         self._lights = lights_of(scene)
-        if base.scene.specular is not None or scene.specular is not None:
-            raise NotUpdatableError("Light off mirrors and through glass cannot be updated yet: bake anew.")
+        if scene.specular is not None:
+            raise NotUpdatableError(SPECULAR)
         if not same_lights(base.work.shining, self._lights):
-            raise NotUpdatableError("The lights have changed, so that all light is another: bake anew.")
+            raise NotUpdatableError("the lights have changed, so that all light is another")
         self._find_changes()
 
     def _find_changes(self) -> None:
@@ -137,7 +152,7 @@ class _Update:
         corners = scene.corners[come].reshape(-1, 3)
         room = base.scene.bounds.expanded(GROWTH * base.scene.bounds.radius)
         if len(come) and ((corners < room.lower) | (corners > room.upper)).any():
-            raise NotUpdatableError("Something has left the room that the whole scene took up: bake anew.")
+            raise NotUpdatableError("something has left the box that held the whole scene")
         self._caster = RayCaster(scene.corners, base.points.centres)
         balls = Balls.around(base.scene.corners[gone], scene.corners[come])
         parts = [c.part(rows) for c, rows in ((base.work.caster, gone), (self._caster, come)) if len(rows)]
@@ -146,32 +161,34 @@ class _Update:
         self._same = same_points(base.points, self._points)
 
     def steps(self) -> Stage:
+        base, timed = self._base, self._stopwatch.timed
         yield Progress("Looking for what changed", 0.0)
-        with self._stopwatch("shadow"):
-            anew = self._to_find_anew()
+        anew = yield from during("Looking for what changed", 0.0, timed("shadow", self._to_find_anew()))
         yield Progress("Placing the points", 0.05)
+        if len(self._changes.balls) == 0 and not anew.any():
+            nothing = Irradiance.dark(len(anew))
+            return self._joined(anew, None, None, (nothing, nothing))
         rows = np.flatnonzero(anew)
-        with self._stopwatch("place"):
-            places = self._stand(rows)
+        places = yield from during("Placing the points", 0.05, timed("place", self._stand(rows)))
         yield Progress("Tracing photons", 0.1)
-        records = ChangedRecords(self._base.work, self._scene, self._caster, self._changes, self._lights)
-        with self._stopwatch("trace"):
-            records.trace(self._base.journal, self._base.settings.seed)
+        records = ChangedRecords(base.work, self._scene, self._caster, self._changes, self._lights)
+        tracing = records.trace(base.journal, base.settings.seed)
+        yield from during("Tracing photons", 0.1, timed("trace", tracing))
         yield Progress("Placing the records", 0.2)
-        with self._stopwatch("place"):
-            kept = np.unique(self._same[~anew])
-            records.place(self._base.places.taken(kept), places, self._points.facing[rows], self._base.settings)
+        kept = base.places.taken(np.unique(self._same[~anew]))
+        placing = records.place(kept, places, self._points.facing[rows], base.settings)
+        yield from during("Placing the records", 0.2, timed("place", placing))
         yield Progress("Lighting the records", 0.3)
-        with self._stopwatch("gather"):
-            records.light(self._base.settings)
+        yield from during("Lighting the records", 0.3, timed("gather", records.light(base.settings)))
         yield Progress("Casting rays", 0.5)
-        with self._stopwatch("shadow"):
-            found = self._find_anew(rows, places, records)
+        casting = self._find_anew(rows, places, records)
+        found = yield from during("Casting rays", 0.5, timed("shadow", casting))
         yield Progress("Gathering", 0.7)
-        with self._stopwatch("gather"):
-            return self._joined(anew, places, found, self._differences(records, ~anew))
+        more = yield from during("Gathering", 0.7, timed("gather", self._differences(records, ~anew)))
+        yield Progress("Fitting the values", 0.95)
+        return self._joined(anew, places, found, more)
 
-    def _to_find_anew(self) -> np.ndarray:
+    def _to_find_anew(self) -> Generator[None, None, np.ndarray]:
         """Which points (N,) are new, near to what changed, or in light that is straight from a light and changed."""
         base, balls = self._base, self._changes.balls
         anew = self._same < 0
@@ -193,23 +210,26 @@ class _Update:
             blocks = [rows[part] for part in slices(len(rows), POINTS_PER_CHUNK)]
             for found in ordered_map(shaded, [(count, block) for block in blocks]):
                 anew[found] = True
+                yield
             around = np.zeros(group.max() + 1, bool)
             around[group[rows[anew[rows]]]] = True
             rows = rows[around[group[rows]] & ~anew[rows]]
         return anew
 
-    def _stand(self, rows: np.ndarray) -> Standpoints | None:
+    def _stand(self, rows: np.ndarray) -> Generator[object, None, Standpoints | None]:
         """Where the points ``rows`` look from."""
         if len(rows) == 0:
             return None
         points = self._points
         inward = None if points.inward is None else points.inward[rows]
-        return Standpoints.joined(list(standpoints(self._caster, points.centres[rows], points.facing[rows], inward)))
+        finding = standpoints(self._caster, points.centres[rows], points.facing[rows], inward)
+        return Standpoints.joined((yield from collected(finding)))
 
-    def _find_anew(self, rows: np.ndarray, places: Standpoints | None, records: ChangedRecords):
-        """Direct and reflected light at the points ``rows``, and both with the errors by rays alone; None without any.
-
-        Three Irradiance."""
+    def _find_anew(
+        self, rows: np.ndarray, places: Standpoints | None, records: ChangedRecords
+    ) -> Generator[float, None, tuple[Irradiance, Irradiance, Irradiance] | None]:
+        """Direct and reflected light at the points ``rows``, and both with the errors by rays alone; None without
+        any."""
         if places is None:
             return None
         base, points = self._base, self._points
@@ -217,15 +237,16 @@ class _Update:
         stands = Stands(points.centres[rows], places.origins, facing)
         rays = DirectLight(self._scene, self._caster, stands, points.normals[rows], base.settings, self._lights)
         rays.gather(records.reflected, self._lights)
-        for _ in rays.rounds(0, base.work.rays.done):
-            pass
+        yield from rays.rounds(0, base.work.rays.done)
         spread = rays.reflected_spread(base.work.records.common_error)
         noise = Irradiance(np.zeros_like(spread.value), spread.standard_error)
         direct, reflected = rays.irradiance, rays.reflected
         return direct, reflected + noise, direct + reflected
 
-    def _differences(self, records: ChangedRecords, kept: np.ndarray):
-        """By how much direct and indirect light differ at the ``kept`` points (N,): two Irradiance."""
+    def _differences(
+        self, records: ChangedRecords, kept: np.ndarray
+    ) -> Generator[None, None, tuple[Irradiance, Irradiance]]:
+        """By how much direct and indirect light differ at the ``kept`` points (N,)."""
         base = self._base
         differences = Differences(
             self._changes,
@@ -234,6 +255,7 @@ class _Update:
             *records.delta,
             base.work.rays.nearby.of_lamps(),
         )
+        yield from base.look()
         # In the order of the first bake, whose views are kept.
         olds = self._same[kept]
         wanted = np.zeros(len(base.points), bool)
@@ -248,7 +270,10 @@ class _Update:
             sums = differences.at(base.places.taken(rows), base.views.part(rows), light[rows], noise, generator)
             return np.stack([part for each in sums for part in (each.value, each.squared)])
 
-        parts = list(ordered_map(found, slices(len(base.points), POINTS_PER_CHUNK)))
+        parts = []
+        for part in ordered_map(found, slices(len(base.points), POINTS_PER_CHUNK)):
+            parts.append(part)
+            yield
         direct, direct_error, indirect, indirect_error = np.concatenate(parts, axis=1)[:, olds]
         return Irradiance(direct, np.sqrt(direct_error)), Irradiance(indirect, np.sqrt(indirect_error))
 

@@ -3,6 +3,7 @@
 import bpy
 from bpy.app.handlers import persistent
 
+from ..updates import latest_kept
 from . import session
 from .forecasts import forget_unsaved
 from .mixer import follow_mixture
@@ -17,6 +18,7 @@ def _before_load(*_args):
 @persistent
 def _after_load(*_args):
     session.forget()
+    latest_kept.forget()
     forget_unsaved()
     for scene in bpy.data.scenes:
         if scene.library is None:
@@ -55,6 +57,7 @@ def unregister_handlers() -> None:
     """Stop following, and cancel a running bake."""
     session.cancel_running("The bake was cancelled because the add-on was switched off.")
     session.forget()
+    latest_kept.forget()
     forget_unsaved()
     for handlers, handler in _pairs():
         handlers.remove(handler)

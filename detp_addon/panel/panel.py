@@ -3,6 +3,7 @@
 import bpy
 
 from ...core.errors import DetpError
+from ..updates.latest_kept import kept_of
 from ..wording import duration, percent
 from . import session
 from .forecasts import forecast_of
@@ -104,6 +105,7 @@ class _Advanced:
         column.prop(settings, "estimator")
         column.separator()
         column.prop(settings, "live")
+        column.prop(settings, "keep")
 
 
 class DETP_PT_bake(SidebarTab, _Bake, bpy.types.Panel):
@@ -186,6 +188,8 @@ def _draw_button(layout: bpy.types.UILayout, context) -> None:
     row.scale_y = 1.6
     row.enabled = not reason
     row.operator("detp.bake", text="Bake", icon="LIGHT_SUN")
+    if settings.keep or kept_of(context.scene, context.view_layer) is not None:
+        row.operator("detp.update", text="Update", icon="FILE_REFRESH")
     if reason:
         sentence(layout, reason, line_length(context), "INFO")
         return

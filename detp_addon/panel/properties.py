@@ -67,6 +67,13 @@ class BakeOptions:
         default=True,
         options={"SKIP_SAVE"},
     )
+    keep: BoolProperty(
+        name="Keep for Updates",
+        description="Keep in memory, until the file is closed, what it takes to update the light after objects were "
+        "moved, added, removed or given other materials, in a part of the time of a bake. The bake takes somewhat longer",
+        default=False,
+        options={"SKIP_SAVE"},
+    )
     targets: EnumProperty(
         name="Objects",
         description="Which meshes get the colours; the whole scene casts and reflects light either way",

@@ -115,14 +115,16 @@ def test_what_cannot_be_updated_is_said(sessions):
     session, (scene, points) = sessions["box"][0], room(BOX)
     with pytest.raises(NotUpdatableError, match="lights have changed"):
         finished(session.update(*room(BOX, lamp=replace(LAMP, power=(1.0, 1.0, 1.0)))))
-    with pytest.raises(NotUpdatableError, match="left the room"):
+    with pytest.raises(NotUpdatableError, match="left the box"):
         finished(session.update(*room((9.0, 0.0, 0.0))))
-    with pytest.raises(NotUpdatableError, match="no bake"):
+    with pytest.raises(NotUpdatableError, match="no finished bake"):
         finished(BakeSession(scene, points, settings()).update(scene, points))
     with pytest.raises(InvalidSettingError, match="shadow rays"):
         BakeSession(scene, points, BakeSettings(direct="photons"))
+    large = BakeSession(scene, points, settings(), limit=10_000)
+    assert np.array_equal(finished(large.bake()).irradiance, session.first.irradiance)
     with pytest.raises(SessionTooLargeError, match="GB"):
-        finished(BakeSession(scene, points, settings(), limit=10_000).bake())
+        finished(large.update(scene, points))
 
 
 def test_rows_that_come_several_times_are_matched_one_by_one():

@@ -1,0 +1,122 @@
+"""A bake of a scene with all that it takes to update it, light group by light group."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Generator
+from dataclasses import replace
+
+import bpy
+
+from ...core.bake import bake
+from ...core.errors import InvalidSettingError, NotUpdatableError, OutOfMemoryError
+from ...core.fit.vertex_fit import VertexFit
+from ...core.memory import check_baking, free_bytes
+from ...core.points import Points
+from ...core.result import BakeResult, Progress
+from ...core.scene import Scene
+from ...core.settings import BakeSettings
+from ...core.update.session import LIMIT, BakeSession
+from ..chosen_objects import targets_in
+from ..reading.kept_places import KeptPlaces
+from ..reading.read_scene import ExportedScene
+from ..request import BakeRequest
+
+#: of the memory that is free before a bake, light paths that are kept may take this share
+SHARE = 0.25
+
+#: light that is not parted by groups
+ALL = ""
+
+
+class KeptBake:
+    """What ``request`` asks for in ``scene`` as ``view_layer`` shows it, baked and kept, and then updated.
+
+    Attributes: ``places`` on faces; ``updated``, whether the last run had no need to bake anything as a whole, and
+    ``notes``: why it had, and why nothing could be kept.
+    """
+
+    def __init__(self, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, request: BakeRequest):
+        self._scene, self._view_layer = scene.name, view_layer.name
+        self._request = request
+        self._sessions: dict[str, BakeSession] = {}
+        self.places: KeptPlaces | None = None
+        self._begin()
+
+    def _begin(self) -> None:
+        self.updated, self.notes = bool(self._sessions), []
+
+    def __bool__(self) -> bool:
+        """Whether there is something to update."""
+        return bool(self._sessions)
+
+    def of(self, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> bool:
+        """Whether it is of ``scene`` as ``view_layer`` shows it."""
+        return (scene.name, view_layer.name) == (self._scene, self._view_layer)
+
+    def request(self, scene: bpy.types.Scene) -> BakeRequest:
+        """What is to be baked of ``scene`` as it is now: what was baked, as far as it is still there."""
+        return replace(self._request, targets=targets_in(scene, self._request.targets))
+
+    def read(self, export: ExportedScene, groups: list[str], points: int) -> None:
+        """Make ready for ``points`` of the scene as it was read now, and light parted into ``groups``.
+
+        Raises OutOfMemoryError when they cannot be baked even if nothing more is kept of earlier.
+        """
+        self._begin()
+        self._sessions = {name: session for name, session in self._sessions.items() if name in (groups or [ALL])}
+        if self._request.targets == "selected":
+            self._request = replace(self._request, targets=tuple(target.object_name for target in export.targets))
+        self._export = export
+        triangles = len(export.scene.triangles)
+        try:
+            check_baking(triangles, points)
+        except OutOfMemoryError:
+            if not self._sessions:
+                raise
+            self._sessions.clear()
+            gc.collect()
+            self._anew("memory ran short, and what was kept is gone")
+            check_baking(triangles, points)
+
+    def bake(
+        self, group: str, surfaces: Scene, points: Points, settings: BakeSettings, fit: VertexFit | None
+    ) -> Generator[Progress, None, BakeResult]:
+        """The steps of an update of the light of that ``group``, or of a whole bake where there can be none."""
+        session = self._sessions.get(group)
+        if session is not None:
+            try:
+                return (yield from session.update(surfaces, points, fit))
+            except NotUpdatableError as error:
+                self._anew(error.reason, group)
+                del self._sessions[group], session
+        self.updated, free = False, free_bytes()
+        try:
+            session = BakeSession(surfaces, points, settings, LIMIT if free is None else min(LIMIT, int(SHARE * free)))
+        except (InvalidSettingError, NotUpdatableError) as error:
+            self._not_kept(error)
+            return (yield from bake(surfaces, points, settings, fit))
+        result = yield from session.bake(fit)
+        try:
+            session.check()
+        except NotUpdatableError as error:
+            self._not_kept(error)
+        else:
+            self._keep(group, session)
+        return result
+
+    def _keep(self, group: str, session: BakeSession) -> None:
+        self._sessions[group] = session
+        if self._export.shown is not None:
+            names = [(target.object_name, target.library) for target in self._export.targets]
+            self.places = KeptPlaces.of(names, self._export.shown)
+
+    def _anew(self, reason: str, group: str = ALL) -> None:
+        whose = f"The light of '{group}'" if group else "All light"
+        self.notes.append(f"{whose} was baked anew, since {reason}.")
+
+    def _not_kept(self, error: Exception) -> None:
+        reason = error.reason if isinstance(error, NotUpdatableError) else str(error)[0].lower() + str(error)[1:-1]
+        note = f"This bake cannot be updated, since {reason}."
+        if note not in self.notes:
+            self.notes.append(note)

@@ -73,7 +73,8 @@ class Baking:
     """A bake as it goes on: its stages, each of which leaves to the next ones what it has found.
 
     A ``journal`` keeps what its photons do. Attributes, once :meth:`place_discs` is done: ``disc``, the radius at the
-    points themselves, ``tracer``, and in ``tracing`` what that was made of beside the scene.
+    points themselves, ``tracer``, and in ``tracing`` what that was made of beside the scene; at the end also
+    ``common_rounds`` of rays, which all points cast.
     """
 
     def __init__(
@@ -225,6 +226,7 @@ class Baking:
             result, *mended = self._found()
             refinement.observe(*mended, result.seen)
             yield Progress("Refining", refinement.fraction, result)
+        self.common_rounds = refinement.common_rounds
         return result
 
     def _cast(self, rounds: int, refinement: Refinement) -> Stage[None]:

@@ -38,8 +38,8 @@ def bake_scene(
 
     Sending True ends the bake at once with what it has found, as soon as that is something. ``live`` shows the
     colours meanwhile, and takes them back before the last step. ``spent`` seconds count against the time of the bake.
-    ``scenes_too`` are those that are baked with it; of others the report has a word. What is ``kept`` of an earlier bake
-    of the scene is updated, and if it is still empty, this bake is kept there.
+    ``scenes_too`` are those that are baked with it; of others the report has a word. What is ``kept`` of an earlier
+    bake of the scene is updated, and if it is still empty, this bake is kept there.
 
     Nothing else of the user's is touched before the last step, so closing the generator leaves everything as it was;
     if that step fails, what it wrote is taken back. An object that cannot be written becomes a warning; when none can,
@@ -68,6 +68,7 @@ def _steps(
     writing = time.perf_counter()
     values, colours, gone = found.colours(request)
     report, doubts = found.report(scene, values, start), found.doubts(scene, request)
+    said = (*(kept.notes if kept is not None else ()), *others, *found.export.warnings, *found.refusals)
     stored, brightness = encoded(colours, request.encoding, request.quantity, found.scales[0])
     notes = write_colours(stored, request.domain, request.attribute if request.activate else None)
     objects = [entry.object for entry in stored]
@@ -81,5 +82,5 @@ def _steps(
         blender_scene=names[0],
         view_layer=names[1],
         updated=kept is not None and kept.updated,
-        warnings=(*(kept.notes if kept is not None else ()), *others, *found.export.warnings, *found.refusals, *gone, *notes, *doubts),
+        warnings=(*said, *gone, *notes, *doubts),
     )

@@ -106,12 +106,12 @@ class BakeReport:
         error = percent(self.relative_error) if math.isfinite(self.relative_error) else "unknown"
         if math.isfinite(self.high_error):
             error += f", nine tenths of the points within {percent(self.high_error)}"
-        frames = ","
+        done, frames = "Updated" if self.updated else "Baked", ","
         if self.frames:
             each = self.seconds["total"] / len(self.frames)
             frames = f" at {len(self.frames)} frames from {self.frames[0]} to {self.frames[-1]}, {each:.2g} s each,"
         return (
-            f"{'Updated' if self.updated else 'Baked'} {counted(self.objects, 'object')}{frames} {counted(self.points, 'point')} with "
+            f"{done} {counted(self.objects, 'object')}{frames} {counted(self.points, 'point')} with "
             f"{counted(self.photons, 'photon')} in {self.seconds['total']:.1f} s; median error {error} "
             f"(radius {self.radius:.3g} m, {self.gatherer})."
         )

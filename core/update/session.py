@@ -26,6 +26,7 @@ from ..photons.photon_journal import PhotonJournal
 from ..points import Points
 from ..random_streams import random_stream
 from ..rays import RayCaster
+from ..refinement import FEW, far_off
 from ..result import BakeResult, Progress
 from ..scene import Scene
 from ..settings import BakeSettings
@@ -126,9 +127,7 @@ class _Base:
         """Find out what the points see, step by step, unless that is known."""
         if self.views is None:
             records = self.work.records
-            self.views = yield from Views.of(
-                self.places, records.reflected, records.records.finder, self.settings.seed
-            )
+            self.views = yield from Views.of(self.places, records.reflected, records.records.finder, self.settings.seed)
 
 
 class _Update:
@@ -237,11 +236,20 @@ class _Update:
         stands = Stands(points.centres[rows], places.origins, facing)
         rays = DirectLight(self._scene, self._caster, stands, points.normals[rows], base.settings, self._lights)
         rays.gather(records.reflected, self._lights)
-        yield from rays.rounds(0, base.work.rays.done)
-        spread = rays.reflected_spread(base.work.records.common_error)
-        noise = Irradiance(np.zeros_like(spread.value), spread.standard_error)
-        direct, reflected = rays.irradiance, rays.reflected
-        return direct, reflected + noise, direct + reflected
+        goal = base.settings.aimed_noise
+        yield from rays.rounds(0, base.work.common_rounds)
+        while True:
+            spread = rays.reflected_spread(base.work.records.common_error)
+            noise = Irradiance(np.zeros_like(spread.value), spread.standard_error)
+            direct, reflected = rays.irradiance, rays.reflected
+            found = direct, reflected + noise, direct + reflected
+            if goal is None or rays.done >= base.work.rays.done:
+                return found
+            # As the first bake did, it works on where light is hard to find.
+            missing = far_off(found[0] + found[1], goal, rays)
+            if missing.sum() <= FEW * len(points):
+                return found
+            yield from rays.rounds(rays.done, min(2 * rays.done, base.work.rays.done), where=missing)
 
     def _differences(
         self, records: ChangedRecords, kept: np.ndarray

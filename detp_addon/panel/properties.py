@@ -69,8 +69,8 @@ class BakeOptions:
     )
     keep: BoolProperty(
         name="Keep for Updates",
-        description="Keep in memory, until the file is closed, what it takes to update the light after objects were "
-        "moved, added, removed or given other materials, in a part of the time of a bake. The bake takes somewhat longer",
+        description="Keep in memory, until the file is closed, what Update needs to find the light anew after objects "
+        "were moved, added, removed or given other materials, in a part of the time of a bake. It may be a gigabyte",
         default=False,
         options={"SKIP_SAVE"},
     )

@@ -121,7 +121,8 @@ def read_scene(
 
     ``targets`` are the objects to bake, None for every mesh object that the render shows; ``domain`` is CORNER or
     POINT; ``fit`` says where the points are, one of FITS. The colours of the attributes ``written`` and of earlier
-    bakes are not looked at. Places on faces are those ``kept``, where there are such. Blender's data are afterwards as they were.
+    bakes are not looked at. Places on faces are those ``kept``, where there are such. Blender's data are afterwards
+    as they were.
 
     Raises NoMeshError when nothing can be baked, EditModeError when all that could is open in Edit Mode, SceneBusyError
     while Blender renders, and InvalidArrayError on numbers that are out of range.

@@ -117,6 +117,5 @@ class KeptBake:
 
     def _not_kept(self, error: Exception) -> None:
         reason = error.reason if isinstance(error, NotUpdatableError) else str(error)[0].lower() + str(error)[1:-1]
-        note = f"This bake cannot be updated, since {reason}."
-        if note not in self.notes:
-            self.notes.append(note)
+        if not any(reason in note for note in self.notes):
+            self.notes.append(f"This bake cannot be updated, since {reason}.")

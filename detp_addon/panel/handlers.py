@@ -4,7 +4,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ..updates import latest_kept
-from . import session
+from . import live_updates, session
 from .forecasts import forget_unsaved
 from .mixer import follow_mixture
 from .show_light import follow_light
@@ -12,6 +12,7 @@ from .show_light import follow_light
 
 @persistent
 def _before_load(*_args):
+    live_updates.stop()
     session.cancel_running("The bake was cancelled because another file was opened.")
 
 
@@ -33,6 +34,7 @@ def _before_undo(*_args):
 @persistent
 def _after_undo(*_args):
     follow_light()
+    live_updates.see_change()
 
 
 def _pairs():

@@ -17,7 +17,7 @@ from ..writing.face_division import divide_faces, select_faces
 from ..writing.live_colours import LiveColours
 from . import session
 from .forecasts import forecast_of, remember
-from .idle import Idle
+from .idle import Idle, redraw_panels
 from .mixer import follow_mixture
 from .properties import BakeOptions, bake_request, scene_options
 from .show_light import show_while
@@ -162,14 +162,14 @@ class Baking(Idle):
         progress = self._bake.progress
         self._drawn, self._phase = time.perf_counter(), progress.phase
         _set_status(self._workspace, f"DETP bake: {progress.phase}, {self._bake.fraction:.0%}   |   Esc: Cancel")
-        _redraw_panels(context)
+        redraw_panels(context)
 
     def _close(self, context):
         if self._timer is not None:
             context.window_manager.event_timer_remove(self._timer)
             self._timer = None
         _set_status(self._workspace, None)
-        _redraw_panels(context)
+        redraw_panels(context)
 
 
 class DETP_OT_bake(BakeOptions, Baking, bpy.types.Operator):
@@ -281,13 +281,6 @@ def _set_status(workspace: str, text: str | None) -> None:
     found = bpy.data.workspaces.get(workspace)
     if found is not None:
         found.status_text_set(text)
-
-
-def _redraw_panels(context) -> None:
-    for area in (area for window in context.window_manager.windows for area in window.screen.areas):
-        for region in area.regions:
-            if (area.type, region.type) in (("VIEW_3D", "UI"), ("PROPERTIES", "WINDOW")):
-                region.tag_redraw()
 
 
 CLASSES = (

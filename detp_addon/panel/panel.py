@@ -189,13 +189,21 @@ def _draw_button(layout: bpy.types.UILayout, context) -> None:
     row.enabled = not reason
     row.operator("detp.bake", text="Bake", icon="LIGHT_SUN")
     if settings.keep or kept_of(context.scene, context.view_layer) is not None:
-        row.operator("detp.update", text="Update", icon="FILE_REFRESH")
+        _draw_update(row, layout, context)
     if reason:
         sentence(layout, reason, line_length(context), "INFO")
         return
     row = layout.row()
     row.active = False
     row.label(text=f"About {duration(forecast.seconds)}, error {percent(forecast.error)}", icon="TIME")
+
+
+def _draw_update(beside: bpy.types.UILayout, layout: bpy.types.UILayout, context) -> None:
+    """The button for updates, ``beside`` the other one, and the switch that presses it by itself."""
+    beside.operator("detp.update", text="Update", icon="FILE_REFRESH")
+    layout.prop(context.window_manager, "detp_live_updates")
+    if context.window_manager.detp_live_note:
+        sentence(layout, context.window_manager.detp_live_note, line_length(context), "INFO")
 
 
 CLASSES = (

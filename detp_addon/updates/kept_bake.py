@@ -38,7 +38,7 @@ class KeptBake:
 
     def __init__(self, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, request: BakeRequest):
         self._scene, self._view_layer = scene.name, view_layer.name
-        self._request = request
+        self._request, self._whole = request, True
         self._sessions: dict[str, BakeSession] = {}
         self.places: KeptPlaces | None = None
         self._begin()
@@ -54,8 +54,12 @@ class KeptBake:
         """Whether it is of ``scene`` as ``view_layer`` shows it."""
         return (scene.name, view_layer.name) == (self._scene, self._view_layer)
 
-    def request(self, scene: bpy.types.Scene) -> BakeRequest:
-        """What is to be baked of ``scene`` as it is now: what was baked, as far as it is still there."""
+    def request(self, scene: bpy.types.Scene, whole: bool = True) -> BakeRequest:
+        """What is to be baked of ``scene`` as it is now: what was baked, as far as it is still there.
+
+        Without ``whole``, light that cannot be updated is not baked as a whole: NotUpdatableError.
+        """
+        self._whole = whole
         return replace(self._request, targets=targets_in(scene, self._request.targets))
 
     def read(self, export: ExportedScene, groups: list[str], points: int) -> None:
@@ -72,7 +76,7 @@ class KeptBake:
         try:
             check_baking(triangles, points)
         except OutOfMemoryError:
-            if not self._sessions:
+            if not (self._sessions and self._whole):
                 raise
             self._sessions.clear()
             gc.collect()
@@ -88,8 +92,12 @@ class KeptBake:
             try:
                 return (yield from session.update(surfaces, points, fit))
             except NotUpdatableError as error:
+                if not self._whole:
+                    raise
                 self._anew(error.reason, group)
                 del self._sessions[group], session
+        if not self._whole:
+            raise NotUpdatableError("there is light that was not baked before")
         self.updated, free = False, free_bytes()
         try:
             session = BakeSession(surfaces, points, settings, LIMIT if free is None else min(LIMIT, int(SHARE * free)))

@@ -3,19 +3,34 @@
 import bpy
 import numpy as np
 import pytest
+from detp import detp_addon
 from detp.detp_addon.panel import live_updates, session
-from small_scenes import box_on_floor, colours
+from small_scenes import colours, cube, grid, lamp
+
+PLACE = (0.0, 0.0, 0.2)
+
+
+@pytest.fixture(scope="module")
+def baked():
+    """A box on a floor, baked and kept."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    detp_addon.register()
+    grid("Floor")
+    cube("Box", PLACE, 0.4)
+    lamp()
+    assert bpy.ops.detp.bake(quality="DRAFT", keep=True) == {"FINISHED"}
+    yield
+    detp_addon.unregister()
 
 
 @pytest.fixture(autouse=True)
-def clock(addon, monkeypatch):
-    """A box on a floor, baked and kept, whose light follows; and a clock that stands until it is moved."""
-    box_on_floor()
-    assert bpy.ops.detp.bake(quality="DRAFT", keep=True) == {"FINISHED"}
+def clock(baked, monkeypatch):
+    """The light follows; and a clock that stands until it is moved."""
     bpy.context.window_manager.detp_live_updates = True
     now = [0.0]
     monkeypatch.setattr(live_updates.time, "perf_counter", lambda: now[0])
-    live_updates.see_change()
+    bpy.data.lights["Lamp"].energy = 100
+    move(PLACE)
     settle(now)
     yield now
     bpy.context.window_manager.detp_live_updates = False
@@ -38,7 +53,7 @@ def begin(now):
     return session.running()
 
 
-def move(to=(1.0, 0.5, 0.5)):
+def move(to=(1.0, 0.5, 0.2)):
     bpy.data.objects["Box"].location = to
     bpy.context.view_layer.update()
 
@@ -50,7 +65,7 @@ def test_the_light_follows_what_was_moved_and_back(clock):
     settle(clock)
     assert session.latest().outcome.report.updated
     assert not np.array_equal(colours("Floor"), first)
-    move((0.0, 0.0, 0.5))
+    move(PLACE)
     settle(clock)
     assert np.array_equal(colours("Floor"), first)
 
@@ -68,7 +83,7 @@ def test_what_it_writes_itself_is_no_change_and_neither_is_a_selection(clock):
 def test_a_user_who_goes_on_moving_is_not_waited_for(clock):
     first = colours("Floor")
     bake = begin(clock)
-    move((-1.0, 0.5, 0.5))
+    move((-1.0, 0.5, 0.2))
     assert bake.outcome.status == session.CANCELLED
     assert np.array_equal(colours("Floor"), first)
     settle(clock)

@@ -34,7 +34,7 @@ from ..stages import Stopwatch, collected
 from .changed_light import ChangedRecords
 from .changed_places import Balls, Sight
 from .differences import POINTS_PER_CHUNK, Differences, LightDifferences, Places, Surfaces, Views
-from .matching import same_lights, same_points, same_triangles
+from .matching import light_scale, same_lights, same_points, same_triangles
 
 #: Bytes of light paths that a session keeps at most.
 LIMIT = 1 << 31
@@ -134,9 +134,14 @@ class _Update:
     """One update of a ``base``, stage by stage."""
 
     def __init__(self, base: _Base, scene: Scene, points: Points, fit: VertexFit | None):
+        # Light is in proportion to the strength of its sources, so that no other is to be found.
+        scale = light_scale(base.scene.lights, scene.lights)
+        self._scale = None if scale is None or (scale == 1.0).all() else scale
+        if self._scale is not None and not scene.emission.any():
+            scene = replace(scene, lights=base.scene.lights)
         self._base, self._scene, self._points, self._fit = base, scene, points, fit
-        self._stopwatch = Stopwatch("radius", "place", "shadow", "trace", "gather")
         self._lights = lights_of(scene)
+        self._stopwatch = Stopwatch("radius", "place", "shadow", "trace", "gather")
         if scene.specular is not None:
             raise NotUpdatableError(SPECULAR)
         if not same_lights(base.work.shining, self._lights):
@@ -307,6 +312,16 @@ class _Update:
         if self._fit is not None:
             seen = self._fit.seen(light, np.where(hidden, 0.0, stood["open"]), lights[2])
         seconds = self._stopwatch.seconds
-        return replace(
+        found = replace(
             base.result, direct=lights[0], indirect=lights[1], seen=seen, hidden=hidden, **stood, seconds=seconds
         )
+        return found if self._scale is None else _scaled(found, self._scale)
+
+
+def _scaled(found: BakeResult, scale: np.ndarray) -> BakeResult:
+    """What would be ``found`` of lights that are stronger by ``scale`` (3,), RGB."""
+    lights = {
+        name: Irradiance(light.value * scale, light.standard_error * np.abs(scale))
+        for name, light in (("direct", found.direct), ("indirect", found.indirect), ("seen", found.seen))
+    }
+    return replace(found, **lights, emitted_flux=found.emitted_flux * scale, cut_flux=found.cut_flux * scale)

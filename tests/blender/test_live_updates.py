@@ -29,7 +29,7 @@ def clock(baked, monkeypatch):
     bpy.context.window_manager.detp_live_updates = True
     now = [0.0]
     monkeypatch.setattr(live_updates.time, "perf_counter", lambda: now[0])
-    bpy.data.lights["Lamp"].energy = 100
+    bpy.data.objects["Lamp"].location = (1, 0.5, 3)
     move(PLACE)
     settle(now)
     yield now
@@ -92,7 +92,7 @@ def test_a_user_who_goes_on_moving_is_not_waited_for(clock):
 
 def test_a_whole_bake_is_left_to_the_user_and_that_is_said(clock):
     first = colours("Floor")
-    bpy.data.lights["Lamp"].energy = 50
+    bpy.data.objects["Lamp"].location.x += 0.1
     bpy.context.view_layer.update()
     settle(clock)
     assert session.latest().outcome.status == session.FAILED and "lights" in session.latest().outcome.message

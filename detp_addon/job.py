@@ -16,6 +16,7 @@ from .animation.playback import hidden_by_playback
 from .chosen_views import not_baked
 from .found_light import found_light
 from .materials.use_light import refresh_materials
+from .mixing.mix import gains_of, remix
 from .report import BakeReport
 from .request import BakeRequest
 from .steps import JobProgress
@@ -60,7 +61,7 @@ def _steps(
 ) -> Generator[JobProgress, bool | None, BakeReport]:
     """The steps of :func:`bake_scene`."""
     start = time.perf_counter() - spent
-    names = scene.name, view_layer.name
+    names, updates = (scene.name, view_layer.name), bool(kept)
     others = not_baked(scene, view_layer, scenes_too)
     found = yield from found_light(scene, view_layer, request, live, start, kept=kept)
 
@@ -70,8 +71,10 @@ def _steps(
     report, doubts = found.report(scene, values, start), found.doubts(scene, request)
     said = (*(kept.notes if kept is not None else ()), *others, *found.export.warnings, *found.refusals)
     stored, brightness = encoded(colours, request.encoding, request.quantity, found.scales[0])
-    notes = write_colours(stored, request.domain, request.attribute if request.activate else None)
     objects = [entry.object for entry in stored]
+    mixture = gains_of(objects, request.attribute) if updates else {}
+    notes = write_colours(stored, request.domain, request.attribute if request.activate else None)
+    remix(objects, request.attribute, mixture)
     notes += refresh_materials(objects, request.attribute) + hidden_by_playback(objects, request.attribute)
     end = time.perf_counter()
     return replace(

@@ -221,3 +221,11 @@ def test_only_the_light_groups_that_changed_are_baked_anew(scene):
     assert light(attribute="irradiance:Lamp") == pytest.approx(first, rel=1e-3)
     assert update().updated
     assert light(attribute="irradiance:Lamp") == pytest.approx(0.5 * first, rel=1e-3)
+
+
+def test_a_mixture_of_light_groups_stays(scene):
+    bake(by_light=True)
+    scene.detp_mix.lights["Lamp"].strength = 2.0
+    mixed = light()
+    assert update().updated
+    assert np.array_equal(light(), mixed) and scene.detp_mix.lights["Lamp"].strength == 2.0

@@ -138,7 +138,7 @@ def found_light(
     if kept is None:
         check_baking(len(export.scene.triangles), len(points.centres))
     else:
-        kept.read(export, [group.name for group in groups], len(points.centres))
+        kept.read(export, len(points.centres))
     exported = time.perf_counter()
 
     scales, count = usual_scales(scene, targets, request), max(len(groups), 1)

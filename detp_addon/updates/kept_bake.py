@@ -18,6 +18,7 @@ from ...core.scene import Scene
 from ...core.settings import BakeSettings
 from ...core.update.session import LIMIT, BakeSession
 from ..chosen_objects import targets_in
+from ..mixing.light_groups import MOST_GROUPS
 from ..reading.kept_places import KeptPlaces
 from ..reading.read_scene import ExportedScene
 from ..request import BakeRequest
@@ -40,7 +41,9 @@ class KeptBake:
         self._scene, self._view_layer = scene.name, view_layer.name
         self._request, self._whole = request, True
         self._sessions: dict[str, BakeSession] = {}
+        self._seeds: dict[str, int] = {}
         self.places: KeptPlaces | None = None
+        self._read_places: KeptPlaces | None = None
         self._begin()
 
     def _begin(self) -> None:
@@ -62,16 +65,17 @@ class KeptBake:
         self._whole = whole
         return replace(self._request, targets=targets_in(scene, self._request.targets))
 
-    def read(self, export: ExportedScene, groups: list[str], points: int) -> None:
-        """Make ready for ``points`` of the scene as it was read now, and light parted into ``groups``.
+    def read(self, export: ExportedScene, points: int) -> None:
+        """Make ready for ``points`` of the scene as it was read now.
 
         Raises OutOfMemoryError when they cannot be baked even if nothing more is kept of earlier.
         """
         self._begin()
-        self._sessions = {name: session for name, session in self._sessions.items() if name in (groups or [ALL])}
         if self._request.targets == "selected":
             self._request = replace(self._request, targets=tuple(target.object_name for target in export.targets))
-        self._export = export
+        if export.shown is not None:
+            names = [(target.object_name, target.library) for target in export.targets]
+            self._read_places = KeptPlaces.of(names, export.shown)
         triangles = len(export.scene.triangles)
         try:
             check_baking(triangles, points)
@@ -95,35 +99,39 @@ class KeptBake:
                 if not self._whole:
                     raise
                 self._anew(error.reason, group)
-                del self._sessions[group], session
         if not self._whole:
             raise NotUpdatableError("there is light that was not baked before")
         self.updated, free = False, free_bytes()
+        settings = self._unlike_others(group, settings)
         try:
             session = BakeSession(surfaces, points, settings, LIMIT if free is None else min(LIMIT, int(SHARE * free)))
         except (InvalidSettingError, NotUpdatableError) as error:
-            self._not_kept(error)
+            self._not_kept(error, group)
             return (yield from bake(surfaces, points, settings, fit))
         result = yield from session.bake(fit)
         try:
             session.check()
         except NotUpdatableError as error:
-            self._not_kept(error)
+            self._not_kept(error, group)
         else:
-            self._keep(group, session)
+            # Not before: who cancels a bake can still update the one before it.
+            self._sessions[group], self._seeds[group] = session, settings.seed
+            self.places = self._read_places
         return result
 
-    def _keep(self, group: str, session: BakeSession) -> None:
-        self._sessions[group] = session
-        if self._export.shown is not None:
-            names = [(target.object_name, target.library) for target in self._export.targets]
-            self.places = KeptPlaces.of(names, self._export.shown)
+    def _unlike_others(self, group: str, settings: BakeSettings) -> BakeSettings:
+        """The ``settings`` with a seed that no other group has: noise of groups is to be independent."""
+        others = {self._seeds[name] for name in self._sessions if name != group}
+        while settings.seed in others:
+            settings = replace(settings, seed=settings.seed + (MOST_GROUPS << 32))
+        return settings
 
     def _anew(self, reason: str, group: str = ALL) -> None:
         whose = f"The light of '{group}'" if group else "All light"
         self.notes.append(f"{whose} was baked anew, since {reason}.")
 
-    def _not_kept(self, error: Exception) -> None:
+    def _not_kept(self, error: Exception, group: str) -> None:
+        self._sessions.pop(group, None)
         reason = error.reason if isinstance(error, NotUpdatableError) else str(error)[0].lower() + str(error)[1:-1]
         if not any(reason in note for note in self.notes):
             self.notes.append(f"This bake cannot be updated, since {reason}.")

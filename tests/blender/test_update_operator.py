@@ -214,11 +214,11 @@ def test_only_the_light_groups_that_changed_are_baked_anew(scene):
     first = light(attribute="irradiance:Lamp")
     bpy.data.objects["Lamp.001"].location.x -= 0.5
     report = update()
-    bpy.data.lights["Lamp"].energy *= 0.5
     anew = [warning for warning in report.warnings if "anew" in warning]
     assert not report.updated and len(anew) == 1 and anew[0].startswith("The light of 'Lamp.001' was baked anew")
     # What is dark in all light counts less in the fit, so that one group's light is not quite its own.
     assert light(attribute="irradiance:Lamp") == pytest.approx(first, rel=1e-3)
+    bpy.data.lights["Lamp"].energy *= 0.5
     assert update().updated
     assert light(attribute="irradiance:Lamp") == pytest.approx(0.5 * first, rel=1e-3)
 

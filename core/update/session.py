@@ -169,9 +169,8 @@ class _Update:
         yield Progress("Looking for what changed", 0.0)
         anew = yield from during("Looking for what changed", 0.0, timed("shadow", self._to_find_anew()))
         yield Progress("Placing the points", 0.05)
-        if len(self._changes.balls) == 0 and not anew.any():
-            nothing = Irradiance.dark(len(anew))
-            return self._joined(anew, None, None, (nothing, nothing))
+        if len(self._changes.balls) == 0 and np.array_equal(self._same, np.arange(len(base.points))):
+            return self._in_scale(base.result)
         rows = np.flatnonzero(anew)
         places = yield from during("Placing the points", 0.05, timed("place", self._stand(rows)))
         yield Progress("Tracing photons", 0.1)
@@ -315,13 +314,14 @@ class _Update:
         found = replace(
             base.result, direct=lights[0], indirect=lights[1], seen=seen, hidden=hidden, **stood, seconds=seconds
         )
-        return found if self._scale is None else _scaled(found, self._scale)
+        return self._in_scale(found)
 
-
-def _scaled(found: BakeResult, scale: np.ndarray) -> BakeResult:
-    """What would be ``found`` of lights that are stronger by ``scale`` (3,), RGB."""
-    lights = {
-        name: Irradiance(light.value * scale, light.standard_error * np.abs(scale))
-        for name, light in (("direct", found.direct), ("indirect", found.indirect), ("seen", found.seen))
-    }
-    return replace(found, **lights, emitted_flux=found.emitted_flux * scale, cut_flux=found.cut_flux * scale)
+    def _in_scale(self, found: BakeResult) -> BakeResult:
+        """What was ``found`` of lights as strong as in the first bake, of lights as strong as they are."""
+        if self._scale is None:
+            return found
+        scale, lights = self._scale, {}
+        for name in ("direct", "indirect", "seen"):
+            light = getattr(found, name)
+            lights[name] = Irradiance(light.value * scale, light.standard_error * np.abs(scale))
+        return replace(found, **lights, emitted_flux=found.emitted_flux * scale, cut_flux=found.cut_flux * scale)

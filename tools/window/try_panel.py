@@ -92,7 +92,8 @@ def picture(name):
 def start_a_bake(whole=False):
     """Press Bake and wait until photons fly; a bake that is waited for is the shorter."""
     bpy.context.scene.detp.photons = PHOTONS // 8 if whole else PHOTONS
-    height = yield from user.press("detp.bake")
+    # Where bakes are kept, there is another button beside it.
+    height = yield from user.press("detp.bake", across=0.35)
     yield from user.wait_for(baking, 5)
     yield from user.wait_for(lambda: over() or session().latest().progress.fraction > 0.2)
     assert baking(), f"the bake was over too soon, give it more photons: {outcome()}"

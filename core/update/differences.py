@@ -136,12 +136,16 @@ class Views:
         ray, cell, directions, share = map(np.concatenate, zip(*found, strict=True))
         return cls(directions, ray, cell, share)
 
-    def part(self, rows: slice) -> Views:
-        """Of some of the places alone, their rays numbered from 0."""
-        rays = slice(rows.start * VIEWS, rows.stop * VIEWS)
-        landings = slice(*np.searchsorted(self.ray, (rays.start, rays.stop)))
-        ray = self.ray[landings] - np.int32(rays.start)
-        return Views(self.directions[rays], ray, self.cell[landings], self.share[landings])
+    def taken(self, rows: np.ndarray) -> Views:
+        """Of some of the places alone, ``rows`` (K,) that ascend."""
+        rays = (rows[:, None] * VIEWS + np.arange(VIEWS)).ravel()
+        begin, end = np.searchsorted(self.ray, (rays[0], rays[-1] + 1))
+        number = np.full(rays[-1] + 1 - rays[0], -1, np.int32)
+        number[rays - rays[0]] = np.arange(len(rays))
+        ray = number.take(self.ray[begin:end] - rays[0])
+        landings = np.flatnonzero(ray >= 0)
+        parts = self.cell[begin:end].take(landings), self.share[begin:end].take(landings, axis=0)
+        return Views(self.directions.take(rays, axis=0), ray.take(landings), *parts)
 
 
 class LightDifferences:

@@ -33,7 +33,7 @@ from ..settings import BakeSettings
 from ..stages import Stopwatch, collected
 from .changed_light import ChangedRecords
 from .changed_places import Balls, Sight
-from .differences import POINTS_PER_CHUNK, Differences, LightDifferences, Places, Surfaces, Views
+from .differences import NOISE, POINTS_PER_CHUNK, Differences, LightDifferences, Places, Surfaces, Views
 from .matching import light_scale, same_lights, same_points, same_triangles
 
 #: Bytes of light paths that a session keeps at most.
@@ -123,6 +123,16 @@ class _Base:
         """All light, with the errors by rays alone."""
         return self.work.rays.irradiance + self.work.rays.reflected
 
+    @cached_property
+    def noise(self) -> float:
+        """The relative error of half of the points at most."""
+        return float(np.median(self.result.light.relative_errors))
+
+    @property
+    def rays_per_point(self) -> float:
+        """That a point casts which is found anew."""
+        return self.work.common_rounds * self.work.rays.rays_per_round / len(self.points)
+
     def look(self) -> Generator[None, None, None]:
         """Find out what the points see, step by step, unless that is known."""
         if self.views is None:
@@ -199,6 +209,12 @@ class _Update:
         if len(balls) == 0:
             return anew
         lamps, group = base.work.rays.nearby.of_lamps(), base.places.group[self._same]
+        # Of two scenes, differences take twice the rays.
+        dear, noise = 0.5 * base.rays_per_point, NOISE * base.noise
+        rows = np.flatnonzero(~anew)
+        for part in slices(len(rows), POINTS_PER_CHUNK):
+            some = base.places.taken(self._same[rows[part]])
+            anew[rows[part]] = Sight.of(balls, some.origins, some.normals, noise).count.sum(axis=0) > dear
 
         def shaded(task: tuple[int, np.ndarray]) -> np.ndarray:
             count, rows = task
@@ -272,15 +288,16 @@ class _Update:
         olds = self._same[kept]
         wanted = np.zeros(len(base.points), bool)
         wanted[olds] = True
-        light = base.result.irradiance.sum(axis=1)
-        noise = float(np.median(base.result.light.relative_errors))
+        usual = base.result.irradiance.sum(axis=1)
 
         def found(rows: slice):
             generator = random_stream(base.settings.seed, "changes", 1, rows.start)
-            if not wanted[rows].any():
-                return np.zeros((4, rows.stop - rows.start, 3))
-            sums = differences.at(base.places.taken(rows), base.views.part(rows), light[rows], noise, generator)
-            return np.stack([part for each in sums for part in (each.value, each.squared)])
+            some, light = rows.start + np.flatnonzero(wanted[rows]), np.zeros((4, rows.stop - rows.start, 3))
+            if len(some):
+                places, views = base.places.taken(some), base.views.taken(some)
+                sums = differences.at(places, views, usual[some], base.noise, generator)
+                light[:, some - rows.start] = [part for each in sums for part in (each.value, each.squared)]
+            return light
 
         parts = []
         for part in ordered_map(found, slices(len(base.points), POINTS_PER_CHUNK)):

@@ -201,7 +201,9 @@ def _draw_button(layout: bpy.types.UILayout, context) -> None:
 def _draw_update(beside: bpy.types.UILayout, layout: bpy.types.UILayout, context) -> None:
     """The button for updates, ``beside`` the other one, and the switch that presses it by itself."""
     beside.operator("detp.update", text="Update", icon="FILE_REFRESH")
-    layout.prop(context.window_manager, "detp_live_updates")
+    row = layout.row()
+    row.use_property_split = False  # which would leave no room for its name
+    row.prop(context.window_manager, "detp_live_updates")
     if context.window_manager.detp_live_note:
         sentence(layout, context.window_manager.detp_live_note, line_length(context), "INFO")
 

@@ -86,10 +86,13 @@ class BakeSession:
         return result
 
     def check(self) -> None:
-        """Raise NotUpdatableError before the first bake, and SessionTooLargeError where too much was to be kept."""
+        """Raise NotUpdatableError where no bake or nothing of it is kept, and SessionTooLargeError where it was too
+        much."""
         self._journal.check()
-        if self._base is None or not self._base.work.gathers:
+        if self._base is None:
             raise NotUpdatableError("there is no finished bake to update")
+        if not self._base.work.gathers:
+            raise NotUpdatableError("nothing in the scene reflects light")
 
     def update(self, scene: Scene, points: Points, fit: VertexFit | None = None) -> Stage:
         """The light at ``points`` in a ``scene`` that differs from the first one, wherever it does.
@@ -202,7 +205,8 @@ class _Update:
         return self._joined(anew, places, found, more)
 
     def _to_find_anew(self) -> Generator[None, None, np.ndarray]:
-        """Which points (N,) are new, near to what changed, or in light that is straight from a light and changed."""
+        """Which points (N,) are new, near to what changed, see much of it, or are in light that comes straight from a
+        light and changed."""
         base, balls = self._base, self._changes.balls
         anew = self._same < 0
         anew |= balls.distances(self._points.centres) < NEAR

@@ -183,7 +183,7 @@ class _Update:
         anew = yield from during("Looking for what changed", 0.0, timed("shadow", self._to_find_anew()))
         yield Progress("Placing the points", 0.05)
         if len(self._changes.balls) == 0 and np.array_equal(self._same, np.arange(len(base.points))):
-            return self._in_scale(base.result)
+            return self._in_scale(replace(base.result, seconds=self._stopwatch.seconds))
         rows = np.flatnonzero(anew)
         places = yield from during("Placing the points", 0.05, timed("place", self._stand(rows)))
         yield Progress("Tracing photons", 0.1)

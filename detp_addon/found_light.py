@@ -195,8 +195,8 @@ def _bake_steps(
     try:
         places = Points(points.centres, points.normals, points.inward, points.facing)
         with crew_of(request.cluster, surfaces, places, settings) as crew:
-            baking = baking or partial(bake, crew=crew)
-            result = yield from baking(surfaces, places, settings, points.fit)
+            given = surfaces, places, settings, points.fit
+            result = yield from (bake(*given, crew) if baking is None else baking(*given))
     except NoLightError as error:
         raise NoLightError(why_no_light(scene, export.warnings) or str(error)) from None
     yield Progress("Writing the colours", 1.0, result)

@@ -73,7 +73,8 @@ class Baking:
     """A bake as it goes on: its stages, each of which leaves to the next ones what it has found.
 
     A ``journal`` keeps what its photons do. Attributes, once :meth:`place_discs` is done: ``disc``, the radius at the
-    points themselves, ``tracer``, and in ``tracing`` what that was made of beside the scene.
+    points themselves, ``tracer``, and in ``tracing`` what that was made of beside the scene; at the end also
+    ``common_rounds`` of rays, which all points cast.
     """
 
     def __init__(
@@ -124,7 +125,7 @@ class Baking:
             finding = plain_standpoints(self.caster, points.centres, points.facing)
         else:
             finding = standpoints(self.caster, points.centres, points.facing, points.inward)
-        found = yield from _during("Placing the points", 0.0, timed("place", collected(finding)))
+        found = yield from during("Placing the points", 0.0, timed("place", collected(finding)))
         self.places = Standpoints.joined(found)
         self._standing = self._stopwatch.seconds["place"] - began
 
@@ -138,7 +139,7 @@ class Baking:
             self.rays = DirectLight(self._scene, self.caster, stands, points.normals, settings, lights, self._crew)
         if lights:
             rounds = self.rays.rounds(0, first_rounds(self.rays, settings, self._start))
-            yield from _during("Casting shadow rays", 0.0, self._stopwatch.timed("shadow", rounds))
+            yield from during("Casting shadow rays", 0.0, self._stopwatch.timed("shadow", rounds))
             self._by_rays = self.rays.irradiance
             yield Progress("Casting shadow rays", 0.0, self._only_direct())
 
@@ -158,8 +159,8 @@ class Baking:
         yield Progress("Placing the records", 0.0)
         kinds = ["direct"] if self._by_photons else []
         kinds += ["indirect"] if settings.bounces > 1 else []
-        yield from _during("Placing the records", 0.0, timed("place", self.records.place(kinds)))
-        yield from _during("Lighting the records", 0.0, timed("shadow", self.records.look_at_lights()))
+        yield from during("Placing the records", 0.0, timed("place", self.records.place(kinds)))
+        yield from during("Lighting the records", 0.0, timed("shadow", self.records.look_at_lights()))
         self.records.update()
         self.rays.gather(self.records.reflected, self.shining)
 
@@ -196,7 +197,7 @@ class Baking:
                 place = partial(visible_discs, caster) if self._crew is None else self._crew.visible_discs
                 placing = place(discs, points.inward, every, points.facing)
             parts = self._stopwatch.timed("place", collected(placing))
-            placed = VisibleDiscs.joined((yield from _during("Placing the discs", 0.0, parts)))
+            placed = VisibleDiscs.joined((yield from during("Placing the discs", 0.0, parts)))
             self.searches = [PhotonSearch(kind, placed) for kind in kinds]
         searches = self.searches + (self.records.searches if self.gathers else [])
         self.photons = PhotonLight(self.tracer, searches, settings.seed) if searches else None
@@ -226,13 +227,14 @@ class Baking:
             result, *mended = self._found()
             refinement.observe(*mended, result.seen, result.ending_error)
             yield Progress("Refining", refinement.fraction, result)
+        self.common_rounds = refinement.common_rounds
         return result
 
     def _cast(self, rounds: int, refinement: Refinement) -> Stage[None]:
         """Cast so many ``rounds`` of rays more from the points."""
         rays, known = self.rays, self._part("indirect").value
         work = rays.rounds(rays.done, rays.done + rounds, known, refinement.missing)
-        yield from _during("Casting rays", refinement.fraction, self._stopwatch.timed("shadow", work))
+        yield from during("Casting rays", refinement.fraction, self._stopwatch.timed("shadow", work))
         self._by_rays = rays.irradiance
 
     def _trace(self, photons: int, refinement: Refinement, light: np.ndarray) -> Stage[None]:
@@ -240,10 +242,10 @@ class Baking:
         done = self.photons.particles
         if done == 0:
             likely = refinement.likely(self.disc.photons if self.searches else photons)
-            self._names = yield from _during("Aiming the lights", refinement.fraction, self._aim(likely, light))
+            self._names = yield from during("Aiming the lights", refinement.fraction, self._aim(likely, light))
         elif self.gathers:
             looking = self._stopwatch.timed("shadow", self.records.look_at_lights(photons / done))
-            yield from _during("Lighting the records", refinement.fraction, looking)
+            yield from during("Lighting the records", refinement.fraction, looking)
         for phase in self.photons.batch(photons, self._stopwatch):
             yield Progress(phase, refinement.fraction)
         if self.gathers:
@@ -327,7 +329,7 @@ class Baking:
         )
 
 
-def _during(phase: str, done: float, steps: Generator[object, None, Result]) -> Stage[Result]:
+def during(phase: str, done: float, steps: Generator[object, None, Result]) -> Stage[Result]:
     """Progress in that ``phase``, with so much ``done``, for each of the ``steps``; returns what they return."""
     while True:
         try:

@@ -64,12 +64,16 @@ class ClusterError(DetpError):
     """A bake's workers cannot be reached, do not suit, or are gone."""
 
 
-class SessionTooLargeError(DetpError):
-    """What an update of a bake needs of it is too much to be kept."""
-
-
 class NotUpdatableError(DetpError):
-    """A scene differs so much, or in such a way, from the baked one that its light cannot be updated."""
+    """The light of a scene cannot be updated, for a ``reason``: a clause without a capital letter and a full stop."""
+
+    def __init__(self, reason: str):
+        super().__init__(f"{reason[0].upper()}{reason[1:]}: bake anew.")
+        self.reason = reason
+
+
+class SessionTooLargeError(NotUpdatableError):
+    """What an update of a bake needs of it is too much to be kept."""
 
 
 class SceneBusyError(DetpError):

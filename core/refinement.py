@@ -106,6 +106,15 @@ def look_in_every(settings: BakeSettings, standing: float, start: float) -> int:
     return 1 if PLACING * standing <= MOST_PLACING * _seconds_left(settings, start) else SPARSE
 
 
+def far_off(light: Irradiance, goal: float, rays: DirectLight | None) -> np.ndarray:
+    """Which points (N,) belong to neighbourhoods, as ``rays`` know them, in which too many are far off from the light
+    beyond the error ``goal``."""
+    errors = light.seen_errors
+    with np.errstate(divide="ignore"):
+        beyond = np.where(errors > 0, 1.0 - share_within(TIMES * goal / errors), 0.0)
+    return (beyond if rays is None else rays.around_each(beyond)) > BEYOND
+
+
 class Refinement:
     """Chooses the steps of one bake, which began at ``start`` (of time.perf_counter), after its first rounds.
 
@@ -158,14 +167,11 @@ class Refinement:
 
     def _look_for_missing(self, light: Irradiance, goal: float) -> None:
         """Find the neighbourhoods in which too many points are far off, and by how much they are over their aim."""
-        errors = light.seen_errors
-        with np.errstate(divide="ignore"):
-            beyond = np.where(errors > 0, 1.0 - share_within(TIMES * goal / errors), 0.0)
-        missing = (beyond if self._rays is None else self._rays.around_each(beyond)) > BEYOND
+        missing = far_off(light, goal, self._rays)
         self._over = 0.0
         if missing.mean() > FEW:
             self.missing = missing
-            self._over = error_within(errors[missing], 1.0 - BEYOND) / (TIMES * goal)
+            self._over = error_within(light.seen_errors[missing], 1.0 - BEYOND) / (TIMES * goal)
 
     def _learn(self, parts: tuple[float, float]) -> None:
         """See what the last step saved: the more photons there are, the smaller the discs they are used in."""
@@ -176,6 +182,11 @@ class Refinement:
                 kept = np.clip((self._parts[kind] - parts[kind]) / promised, LEAST_WORTH, 1.0)
                 self._worth[kind] = 0.5 * (self._worth[kind] + float(kept))
         self._before = amounts
+
+    @property
+    def common_rounds(self) -> int:
+        """Rounds of rays from all points; others were for neighbourhoods that were far off."""
+        return (self._well or self._amounts)[0]
 
     @property
     def _amounts(self) -> tuple[int, int]:

@@ -12,11 +12,12 @@ def register() -> None:
     import bpy
 
     from .command import command
-    from .panel import animation, handlers, mixer, properties, show_light
+    from .panel import animation, handlers, live_updates, mixer, properties, show_light
 
     properties.register_properties()
     mixer.register_mixture()
     animation.register_animation()
+    live_updates.register_live_updates()
     for cls in _classes():
         bpy.utils.register_class(cls)
     bpy.types.VIEW3D_PT_shading.append(show_light.draw_in_shading)
@@ -29,13 +30,14 @@ def unregister() -> None:
     import bpy
 
     from .command import command
-    from .panel import animation, handlers, mixer, properties, show_light
+    from .panel import animation, handlers, live_updates, mixer, properties, show_light
 
     command.unregister_command(_command)
     handlers.unregister_handlers()
     bpy.types.VIEW3D_PT_shading.remove(show_light.draw_in_shading)
     for cls in reversed(_classes()):
         bpy.utils.unregister_class(cls)
+    live_updates.unregister_live_updates()
     animation.unregister_animation()
     mixer.unregister_mixture()
     properties.unregister_properties()
@@ -43,7 +45,7 @@ def unregister() -> None:
 
 def _classes() -> tuple[type, ...]:
     """The operators and panels in the order in which Blender wants them."""
-    from .panel import animation, mixer, operators, panel, result_panel, show_light, use_light
+    from .panel import animation, mixer, operators, panel, result_panel, show_light, update, use_light
 
-    parts = (operators, show_light, use_light, panel, animation, mixer, result_panel)
+    parts = (operators, update, show_light, use_light, panel, animation, mixer, result_panel)
     return tuple(cls for part in parts for cls in part.CLASSES)

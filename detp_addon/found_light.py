@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
-from functools import cached_property, reduce
+from functools import cached_property, partial, reduce
 from operator import add
 
 import bpy
@@ -30,6 +30,7 @@ from .reading.read_scene import BakeTarget, ExportedScene, read_scene
 from .report import BakeReport
 from .request import BakeRequest
 from .steps import JobProgress
+from .updates.kept_bake import ALL, KeptBake
 from .values import BakedPoints, Values, known_rows, lossy_faces, points_of, values_of
 from .writing.encoding import encoded
 from .writing.live_colours import LiveColours
@@ -116,21 +117,28 @@ def found_light(
     live: LiveColours | None,
     start: float,
     frame: int | None = None,
+    kept: KeptBake | None = None,
 ) -> Generator[JobProgress, bool | None, FoundLight]:
     """Read the scene at a ``frame`` (None for now) and find its light, in a job that began at ``start``.
+
+    It is kept as what is ``kept`` and can be updated then, or updates that.
 
     The rest is as for :func:`bake_scene`.
     """
     yield JobProgress("Reading the scene", 0.0)
     chosen = chosen_objects(scene, view_layer, request.targets)
     try:
-        export = read_scene(scene, view_layer, chosen, request.domain, request.attributes, request.fit, frame)
+        places = None if kept is None else kept.places
+        export = read_scene(scene, view_layer, chosen, request.domain, request.attributes, request.fit, frame, places)
     except NoMeshError as error:
         raise NoMeshError(why_nothing_to_bake(scene, chosen) or str(error)) from None
     groups, notes = light_groups(view_layer, export, request.attribute) if request.by_light else ([], [])
     targets, refusals = writable_targets(export.targets, request, groups)
     targets, points = points_of(targets, export)
-    check_baking(len(export.scene.triangles), len(points.centres))
+    if kept is None:
+        check_baking(len(export.scene.triangles), len(points.centres))
+    else:
+        kept.read(export, len(points.centres))
     exported = time.perf_counter()
 
     scales, count = usual_scales(scene, targets, request), max(len(groups), 1)
@@ -140,7 +148,10 @@ def found_light(
             surfaces = lit_by(export, groups[number]) if groups else export.scene
             settings = _settings_of(number, count, request.settings, start, len(points.centres))
             found = None
-            for progress in _bake_steps(scene, export, surfaces, points, replace(request, settings=settings)):
+            asked, baking = replace(request, settings=settings), None
+            if kept is not None:
+                baking = partial(kept.bake, groups[number].name if groups else ALL)
+            for progress in _bake_steps(scene, export, surfaces, points, asked, baking):
                 found = progress.found or found
                 so_far = reduce(add, filter(None, (*results, found))) if results or found else None
                 shown = progress.found is not None and live is not None and live.due
@@ -169,16 +180,23 @@ def _settings_of(number: int, count: int, settings: BakeSettings, start: float, 
 
 
 def _bake_steps(
-    scene: bpy.types.Scene, export: ExportedScene, surfaces: Scene, points: BakedPoints, request: BakeRequest
+    scene: bpy.types.Scene,
+    export: ExportedScene,
+    surfaces: Scene,
+    points: BakedPoints,
+    request: BakeRequest,
+    baking: Callable[..., Iterator[Progress]] | None,
 ) -> Iterator[Progress]:
-    """The steps of the core's bake of ``surfaces``, lit by all or a part of the lights; the last has the result."""
+    """The steps of the core's bake of ``surfaces``, lit by all or a part of the lights, or of another way of
+    ``baking``; the last has the result."""
     settings = request.settings
     if request.quantity == "ambient-occlusion":
         surfaces, settings = ambient_occlusion(surfaces, settings)
     try:
         places = Points(points.centres, points.normals, points.inward, points.facing)
         with crew_of(request.cluster, surfaces, places, settings) as crew:
-            result = yield from bake(surfaces, places, settings, points.fit, crew)
+            given = surfaces, places, settings, points.fit
+            result = yield from (bake(*given, crew) if baking is None else baking(*given))
     except NoLightError as error:
         raise NoLightError(why_no_light(scene, export.warnings) or str(error)) from None
     yield Progress("Writing the colours", 1.0, result)

@@ -55,6 +55,7 @@ class BakeReport:
     frames          that were baked, none when the light was baked for one moment
     light_groups    that were baked apart, none when all light was baked together
     modelled        features of the scene that were found and needed; ``left_out`` those that were not honoured
+    updated         whether it is an update of an earlier bake, whose photons, rays and radius these are
     warnings        one sentence each
     output          the file written, or None inside Blender
     blender_scene, view_layer   the names of what was baked
@@ -81,6 +82,7 @@ class BakeReport:
     light_groups: tuple[str, ...] = ()
     modelled: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
+    updated: bool = False
     warnings: tuple[str, ...] = ()
     output: str | None = field(default=None)
     blender_scene: str = ""
@@ -104,12 +106,12 @@ class BakeReport:
         error = percent(self.relative_error) if math.isfinite(self.relative_error) else "unknown"
         if math.isfinite(self.high_error):
             error += f", nine tenths of the points within {percent(self.high_error)}"
-        frames = ","
+        done, frames = "Updated" if self.updated else "Baked", ","
         if self.frames:
             each = self.seconds["total"] / len(self.frames)
             frames = f" at {len(self.frames)} frames from {self.frames[0]} to {self.frames[-1]}, {each:.2g} s each,"
         return (
-            f"Baked {counted(self.objects, 'object')}{frames} {counted(self.points, 'point')} with "
+            f"{done} {counted(self.objects, 'object')}{frames} {counted(self.points, 'point')} with "
             f"{counted(self.photons, 'photon')} in {self.seconds['total']:.1f} s; median error {error} "
             f"(radius {self.radius:.3g} m, {self.gatherer})."
         )

@@ -64,8 +64,14 @@ class ShownFaces:
         pairs = np.flatnonzero(used[self.beside].all(axis=1))
         return ShownFaces(*some, int(used.sum()), numbers[self.beside[pairs]], self.angles[pairs]), kept
 
-    def drawn(self, seed: int) -> FacePlaces:
-        """Places on the triangles: one near the vertices of each value, and more in proportion to area."""
+    @property
+    def density(self) -> float:
+        """Places a square metre beyond one for each value."""
+        return max(MORE * self.count, LEAST_MORE) / max(self.areas.sum(), 1e-300)
+
+    def drawn(self, seed: int, density: float | None = None) -> FacePlaces:
+        """Places on the triangles: one near the vertices of each value, and more in proportion to area, of that
+        ``density`` a square metre, None for the usual one."""
         generator = random_stream(seed, "places")
         near, corner, share = self._one_for_each(generator)
         uniforms = generator.random((len(near), 2))
@@ -73,8 +79,7 @@ class ShownFaces:
         # The part of a triangle that is nearer to this corner than to the others, by barycentric coordinates.
         turns = (np.arange(3) - (corner - weights.argmax(axis=1))[:, None]) % 3
         weights = np.take_along_axis(weights, turns, axis=1)
-        wanted = max(MORE * self.count, LEAST_MORE)
-        more = wanted * self.areas / max(self.areas.sum(), 1e-300)
+        more = (self.density if density is None else density) * self.areas
         ends = np.floor(np.cumsum(more) + generator.random()).astype(np.int64)
         triangle = np.repeat(np.arange(len(more)), np.diff(ends, prepend=0))
         shift = generator.random((len(more), 2))[triangle]

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from functools import cached_property
 
 import numpy as np
 
 from ..errors import SessionTooLargeError
 from ..lights.aim import towards
+from ..parallel import slices
 from ..segments import Segments
 
 #: Bytes of a segment: origin, end, flux, and what belongs to it.
 SEGMENT_BYTES = 80
 
+#: Segments that are looked at in one step.
+SEGMENTS_PER_STEP = 1 << 19
+
 
 class PhotonJournal:
-    """Segments of all particles so far, no more of them than ``limit`` bytes hold.
+    """Segments of all particles so far, or, once they are more than ``limit`` bytes hold, none at all.
 
     Their flux is what each would carry if its particle were the only one.
     """
@@ -28,18 +32,25 @@ class PhotonJournal:
         self._count = 0
 
     def keep(self, segments: Segments, lights: np.ndarray) -> None:
-        """Keep the ``segments`` of some particles more, which came from ``lights`` (P,), as the tracer numbers them.
-
-        Raises SessionTooLargeError beyond the limit.
-        """
+        """Keep the ``segments`` of some particles more, which came from ``lights`` (P,), as the tracer numbers them."""
         self._count += len(segments)
-        if self._count > self._most:
-            raise SessionTooLargeError(
-                f"To update this bake later, more than {self._most * SEGMENT_BYTES / 1e9:.1f} GB of light paths would "
-                f"have to be kept: bake with a larger error, or without updates."
-            )
+        if self.full:
+            self._parts, self._lights = [], []
+            return
         self._parts.append(segments)
         self._lights.append(lights.astype(np.uint16))
+
+    @property
+    def full(self) -> bool:
+        """Whether there was more to keep than may be."""
+        return self._count > self._most
+
+    def check(self) -> None:
+        """Raise SessionTooLargeError beyond the limit."""
+        if self.full:
+            raise SessionTooLargeError(
+                f"more than {self._most * SEGMENT_BYTES / 1e9:.1f} GB of light paths would have to be kept for that"
+            )
 
     @cached_property
     def segments(self) -> Segments:
@@ -53,13 +64,20 @@ class PhotonJournal:
         """Which light (P,) each particle came from."""
         return np.concatenate(self._lights)
 
-    def touched(self, meets: Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]) -> tuple[Segments, Segments]:
-        """The segments of all particles whose way ``meets`` something, up to the first that does so, and from it on.
+    def touched(
+        self, meets: Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+    ) -> Generator[None, None, tuple[Segments, Segments]]:
+        """The segments of all particles whose way ``meets`` something, up to the first that does so, and from it on;
+        step by step.
 
         ``meets`` tells which (S,) ways from origins (S, 3) m along unit directions (S, 3) over distances (S,) m do.
         """
         whole = self.segments
-        hit = np.flatnonzero(meets(whole.origins, *towards(whole.ends - whole.origins)))
+        met = np.zeros(len(whole), bool)
+        for some in slices(len(whole), SEGMENTS_PER_STEP):
+            met[some] = meets(whole.origins[some], *towards(whole.ends[some] - whole.origins[some]))
+            yield
+        hit = np.flatnonzero(met)
         first = np.full(len(self.lights), len(whole))
         np.minimum.at(first, whole.particle.take(hit), hit)
         of_particle = first.take(whole.particle)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Generator, Iterator, Sequence
 
 import numpy as np
 
@@ -44,8 +44,8 @@ class ChangedRecords:
     ):
         self._work, self._scene, self._caster, self._changes, self._lights = work, scene, caster, changes, lights
 
-    def trace(self, journal: PhotonJournal, seed: int) -> None:
-        """Trace the photons anew that meet what changed, from there on."""
+    def trace(self, journal: PhotonJournal, seed: int) -> Iterator[None]:
+        """Trace the photons anew that meet what changed, from there on, step by step."""
         changes = self._changes
 
         def meets(origins: np.ndarray, directions: np.ndarray, lengths: np.ndarray) -> np.ndarray:
@@ -54,7 +54,7 @@ class ChangedRecords:
             found[rows] = changes.meets(origins[rows], directions[rows], lengths[rows])
             return found
 
-        before, since = journal.touched(meets)
+        before, since = yield from journal.touched(meets)
         tracer = PhotonTracer(self._scene, self._caster, *self._work.tracing).keeping_all()
         _, first = np.unique(since.particle, return_index=True)
         begun = since.taken(np.sort(first))
@@ -65,15 +65,18 @@ class ChangedRecords:
         kept = journal.segments.taken(np.flatnonzero(~touched.take(journal.segments.particle)))
         self._all, self._particles = Segments.joined([kept, self._come]), len(journal.lights)
 
-    def place(self, kept: Places, anew: Standpoints | None, facing: np.ndarray, settings: BakeSettings) -> None:
-        """Place records where those of the first bake no longer hold, and where points look that are found ``anew``.
+    def place(
+        self, kept: Places, anew: Standpoints | None, facing: np.ndarray, settings: BakeSettings
+    ) -> Iterator[None]:
+        """Place records where those of the first bake no longer hold, and where points look that are found ``anew``,
+        step by step.
 
         ``kept`` are the other points' places; ``facing`` are the normals of those ``anew``.
         """
         records, balls = self._work.records.records, self._changes.balls
         margin = np.maximum(records.radii, np.tile(records.sides, 2))
         gone = balls.reach(records.held.places, margin).reshape(2, -1).any(axis=0)
-        around = self._seen_around(kept, settings.seed)
+        around = yield from self._seen_around(kept, settings.seed)
         landings = [around.taken(np.flatnonzero(balls.reach(around.places, self._margin(around))))]
         if anew is not None:
             seen = scouted(self._scene, self._caster, anew.origins, facing, settings.seed, least=0)
@@ -84,14 +87,13 @@ class ChangedRecords:
         self._patched = PatchedRecords(records.finder, fresh.finder, ~gone)
         if len(fresh):
             kinds = sorted({search.kind for search in self._work.records.searches})
-            for _ in self._fresh.place(kinds):
-                pass
+            yield from self._fresh.place(kinds)
 
     def _margin(self, landings: Landings) -> np.ndarray:
         """Sides (K,) of the cells that rays which landed so look into, metres."""
         return self._work.records.records.finder.sides_of(landings.lengths)
 
-    def _seen_around(self, kept: Places, seed: int) -> Landings:
+    def _seen_around(self, kept: Places, seed: int) -> Generator[None, None, Landings]:
         """Where rays from ``kept`` places land that go towards what changed."""
         some = kept.taken(slice(None, None, -(-len(kept) * max(len(self._changes.balls), 1) // SCOUTS) or 1))
         reflected = ReflectedLight(self._scene, self._caster, self._lights, self._work.records.records.finder, 1)
@@ -103,24 +105,30 @@ class ChangedRecords:
             )
             return reflected.landed(places.origins.take(rays.row, axis=0), rays.directions).landings
 
-        found = list(ordered_map(seen, slices(len(some), POINTS_PER_CHUNK)))
+        found = []
+        for part in ordered_map(seen, slices(len(some), POINTS_PER_CHUNK)):
+            found.append(part)
+            yield
         return Landings.joined(found) if found else Landings(*np.zeros((3, 0, 3)), np.zeros(0))
 
-    def light(self, settings: BakeSettings) -> None:
-        """Find the light of all records, and by how much it changed."""
+    def light(self, settings: BakeSettings) -> Iterator[None]:
+        """Find the light of all records, and by how much it changed, step by step."""
         work, fresh = self._work, self._fresh
         records, patched = work.records, self._patched
-        exchanged = {(s.kind, s.half): self._exchanged(s) for s in records.searches}
+        exchanged = {}
+        for search in records.searches:
+            exchanged[search.kind, search.half] = self._exchanged(search)
+            yield
         for search in fresh.searches:
             search.gatherer, _ = make_gatherer("disc-index", search.placed.discs, max(len(self._all), 1))
             samples = next(s.estimate.samples for s in records.searches if s.half == search.half)
             search.estimate = self._gathered(search, self._all, samples)
-        for _ in fresh.look_at_lights():
-            pass
+            yield
+        yield from fresh.look_at_lights()
         cells, found = len(records), {name: value.copy() for name, value in records.found.items()}
         for (kind, half), (rows, value) in exchanged.items():
             found[kind][half * cells + rows] = value
-        found["direct"] += self._more_from_lights(settings.seed)
+        found["direct"] += yield from self._more_from_lights(settings.seed)
         more = fresh.found
         self.reflected = ReflectedLight(self._scene, self._caster, self._lights, patched, settings.bounces)
         self.reflected.know(*(patched.joined(found[name], more[name]) for name in ("direct", "indirect")))
@@ -146,7 +154,7 @@ class ChangedRecords:
             sums.add(crossings)
         return sums.estimate()
 
-    def _more_from_lights(self, seed: int) -> np.ndarray:
+    def _more_from_lights(self, seed: int) -> Generator[None, None, np.ndarray]:
         """How much more (2 C, 3) W/m^2 comes straight from the lights to the records of the first bake."""
         rays, held, changes = self._work.records.shadow_rays, self._work.records.records.held, self._changes
         more = np.zeros((len(held.places), 3))
@@ -173,8 +181,10 @@ class ChangedRecords:
         blocks = [rows[part] for part in slices(len(rows), POINTS_PER_CHUNK)]
         for part, (changed, _) in zip(blocks, ordered_map(found, [(FIRST_RAYS, b) for b in blocks]), strict=True):
             hit[part] = changed
+            yield
         for count, mine in ((FIRST_RAYS + 1, rows[~hit]), (MORE_RAYS, rows[hit])):
             blocks = [mine[part] for part in slices(len(mine), POINTS_PER_CHUNK)]
             for part, (_, sums) in zip(blocks, ordered_map(found, [(count, b) for b in blocks]), strict=True):
                 more[part] = sums
+                yield
         return more

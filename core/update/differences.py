@@ -8,7 +8,7 @@ has exactly the light it had.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -109,8 +109,10 @@ class Views:
     share: np.ndarray
 
     @classmethod
-    def of(cls, places: Places, reflected: ReflectedLight, records: RecordFinder, seed: int) -> Views:
-        """From ``places`` among surfaces that send ``reflected`` light on, as ``records`` tell."""
+    def of(
+        cls, places: Places, reflected: ReflectedLight, records: RecordFinder, seed: int
+    ) -> Generator[None, None, Views]:
+        """From ``places`` among surfaces that send ``reflected`` light on, as ``records`` tell; step by step."""
 
         def seen(rows: slice) -> tuple[np.ndarray, ...]:
             count = rows.stop - rows.start
@@ -127,16 +129,23 @@ class Views:
             parts = directions, ways.weight.take(order, axis=0)
             return ray.astype(np.int32), cell.take(order).astype(np.int32), *(part.astype(np.float32) for part in parts)
 
-        found = list(ordered_map(seen, slices(len(places), POINTS_PER_CHUNK)))
+        found = []
+        for part in ordered_map(seen, slices(len(places), POINTS_PER_CHUNK)):
+            found.append(part)
+            yield
         ray, cell, directions, share = map(np.concatenate, zip(*found, strict=True))
         return cls(directions, ray, cell, share)
 
-    def part(self, rows: slice) -> Views:
-        """Of some of the places alone, their rays numbered from 0."""
-        rays = slice(rows.start * VIEWS, rows.stop * VIEWS)
-        landings = slice(*np.searchsorted(self.ray, (rays.start, rays.stop)))
-        ray = self.ray[landings] - np.int32(rays.start)
-        return Views(self.directions[rays], ray, self.cell[landings], self.share[landings])
+    def taken(self, rows: np.ndarray) -> Views:
+        """Of some of the places alone, ``rows`` (K,) that ascend."""
+        rays = (rows[:, None] * VIEWS + np.arange(VIEWS)).ravel()
+        begin, end = np.searchsorted(self.ray, (rays[0], rays[-1] + 1))
+        number = np.full(rays[-1] + 1 - rays[0], -1, np.int32)
+        number[rays - rays[0]] = np.arange(len(rays))
+        ray = number.take(self.ray[begin:end] - rays[0])
+        landings = np.flatnonzero(ray >= 0)
+        parts = self.cell[begin:end].take(landings), self.share[begin:end].take(landings, axis=0)
+        return Views(self.directions.take(rays, axis=0), ray.take(landings), *parts)
 
 
 class LightDifferences:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import fields
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from ..scene import Scene
 
 #: 2^64 over the golden ratio: products with it mix all bits before into the highest.
 _ODD = np.uint64(0x9E3779B97F4A7C15)
+
+#: What the strength of a light is called, one of these, and the share by which rounding may change it.
+STRENGTHS, ROUNDING = ("power", "irradiance", "radiance"), 1e-6
 
 
 def same_rows(before: np.ndarray, after: np.ndarray) -> np.ndarray:
@@ -61,6 +65,31 @@ def same_points(before: Points, after: Points) -> np.ndarray:
 def same_lights(before: Sequence[Light], after: Sequence[Light]) -> bool:
     """Whether these are equal lights in an equal order."""
     return len(before) == len(after) and all(map(_same, before, after))
+
+
+def light_scale(before: Sequence[Light], after: Sequence[Light]) -> np.ndarray | None:
+    """By what (3,) all strengths of lights, lamps and worlds, were multiplied, RGB, when they are equal otherwise.
+
+    None where anything else has changed, or not all by the same.
+    """
+    if len(before) != len(after):
+        return None
+    pairs = [(np.zeros(3), np.zeros(3))]
+    for one, other in zip(before, after, strict=True):
+        if type(one) is not type(other):
+            return None
+        given = [field.name for field in fields(one) if field.init]
+        if not all(name in STRENGTHS or _same(getattr(one, name), getattr(other, name)) for name in given):
+            return None
+        pairs += [(getattr(one, name), getattr(other, name)) for name in given if name in STRENGTHS]
+    if any(np.shape(one) != np.shape(other) for one, other in pairs):
+        return None
+    old, new = (np.concatenate([np.reshape(pair[side], (-1, 3)) for pair in pairs]) for side in (0, 1))
+    if np.array_equal(old, new):
+        return np.ones(3)
+    squares = (old**2).sum(axis=0)
+    scale = np.divide((old * new).sum(axis=0), squares, out=np.ones(3), where=squares > 0)
+    return scale if np.allclose(new, scale * old, rtol=ROUNDING, atol=0.0) else None
 
 
 def _same(one: object, other: object) -> bool:

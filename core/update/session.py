@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..bake import Baking
+from ..bake import Baking, during
 from ..direct.direct_light import DirectLight
 from ..direct.stands import Stands
 from ..errors import InvalidSettingError, NotUpdatableError
@@ -26,14 +26,15 @@ from ..photons.photon_journal import PhotonJournal
 from ..points import Points
 from ..random_streams import random_stream
 from ..rays import RayCaster
+from ..refinement import FEW, far_off
 from ..result import BakeResult, Progress
 from ..scene import Scene
 from ..settings import BakeSettings
-from ..stages import Stopwatch
+from ..stages import Stopwatch, collected
 from .changed_light import ChangedRecords
 from .changed_places import Balls, Sight
-from .differences import POINTS_PER_CHUNK, Differences, LightDifferences, Places, Surfaces, Views
-from .matching import same_lights, same_points, same_triangles
+from .differences import NOISE, POINTS_PER_CHUNK, Differences, LightDifferences, Places, Surfaces, Views
+from .matching import light_scale, same_lights, same_points, same_triangles
 
 #: Bytes of light paths that a session keeps at most.
 LIMIT = 1 << 31
@@ -48,14 +49,18 @@ LEAST_BOUNCES = 24
 #: The scene may grow by this share of its radius: lights far away send their photons at the scene as it was.
 GROWTH = 1e-6
 
+#: Why scenes with metals and glass are not updated.
+SPECULAR = "light off mirrors and through glass cannot be updated"
+
 Stage = Generator[Progress, None, BakeResult]
 
 
 class BakeSession:
     """Bakes ``points`` in ``scene`` once, and then after each change what that touches.
 
-    Only gathered light can be updated, and light that comes by shadow rays: InvalidSettingError for other settings.
-    ``limit`` bytes of light paths are kept at most, SessionTooLargeError beyond them.
+    Only gathered light can be updated, and light that comes by shadow rays: InvalidSettingError for other settings, and
+    NotUpdatableError for scenes with metals or glass.
+    Of more than ``limit`` bytes of light paths none is kept, and there is no update.
     """
 
     def __init__(self, scene: Scene, points: Points, settings: BakeSettings, limit: int = LIMIT):
@@ -66,6 +71,8 @@ class BakeSession:
             )
         if settings.shadow_distance is not None:
             raise InvalidSettingError("A bake with a limited distance of shadows cannot be updated.")
+        if scene.specular is not None:
+            raise NotUpdatableError(SPECULAR)
         self._scene, self._points, self._settings = scene, points, settings
         self._journal = PhotonJournal(limit)
         self._base: _Base | None = None
@@ -74,23 +81,32 @@ class BakeSession:
         """The first bake, as :func:`..bake.bake` does it; the light is the same."""
         work = Baking(self._scene, self._points, self._settings, fit, journal=self._journal)
         result = yield from work.stages()
-        self._base = _Base(self._scene, self._points, self._settings, work, self._journal, result)
+        if not self._journal.full:
+            self._base = _Base(self._scene, self._points, self._settings, work, self._journal, result)
         return result
+
+    def check(self) -> None:
+        """Raise NotUpdatableError where no bake or nothing of it is kept, and SessionTooLargeError where it was too
+        much."""
+        self._journal.check()
+        if self._base is None:
+            raise NotUpdatableError("there is no finished bake to update")
+        if not self._base.work.gathers:
+            raise NotUpdatableError("nothing in the scene reflects light")
 
     def update(self, scene: Scene, points: Points, fit: VertexFit | None = None) -> Stage:
         """The light at ``points`` in a ``scene`` that differs from the first one, wherever it does.
 
         What is the same in both is found by itself. Yields a Progress often, and may be closed at any time. Raises
-        NotUpdatableError before the first bake, and where nothing of it can be kept; then a new one is due.
+        NotUpdatableError before all work where nothing can be kept, and as :meth:`check`; then a new bake is due.
         """
-        if self._base is None or not self._base.work.gathers:
-            raise NotUpdatableError("There is no bake to update: bake once as a whole.")
+        self.check()
         return (yield from _Update(self._base, scene, points, fit).steps())
 
 
-@dataclass(frozen=True)
+@dataclass
 class _Base:
-    """The first bake."""
+    """The first bake, and its ``views`` once they are known."""
 
     scene: Scene
     points: Points
@@ -98,6 +114,7 @@ class _Base:
     work: Baking
     journal: PhotonJournal
     result: BakeResult
+    views: Views | None = None
 
     @cached_property
     def places(self) -> Places:
@@ -110,23 +127,38 @@ class _Base:
         return self.work.rays.irradiance + self.work.rays.reflected
 
     @cached_property
-    def views(self) -> Views:
-        """What they see."""
-        records = self.work.records
-        return Views.of(self.places, records.reflected, records.records.finder, self.settings.seed)
+    def noise(self) -> float:
+        """The relative error of half of the points at most."""
+        return float(np.median(self.result.light.relative_errors))
+
+    @property
+    def rays_per_point(self) -> float:
+        """That a point casts which is found anew."""
+        return self.work.common_rounds * self.work.rays.rays_per_round / len(self.points)
+
+    def look(self) -> Generator[None, None, None]:
+        """Find out what the points see, step by step, unless that is known."""
+        if self.views is None:
+            records = self.work.records
+            self.views = yield from Views.of(self.places, records.reflected, records.records.finder, self.settings.seed)
 
 
 class _Update:
     """One update of a ``base``, stage by stage."""
 
     def __init__(self, base: _Base, scene: Scene, points: Points, fit: VertexFit | None):
+        # Light is in proportion to the strength of its sources, so that no other is to be found.
+        scale = light_scale(base.scene.lights, scene.lights)
+        self._scale = None if scale is None or (scale == 1.0).all() else scale
+        if self._scale is not None and not scene.emission.any():
+            scene = replace(scene, lights=base.scene.lights)
         self._base, self._scene, self._points, self._fit = base, scene, points, fit
-        self._stopwatch = Stopwatch("radius", "place", "shadow", "trace", "gather")
         self._lights = lights_of(scene)
-        if base.scene.specular is not None or scene.specular is not None:
-            raise NotUpdatableError("Light off mirrors and through glass cannot be updated yet: bake anew.")
+        self._stopwatch = Stopwatch("radius", "place", "shadow", "trace", "gather")
+        if scene.specular is not None:
+            raise NotUpdatableError(SPECULAR)
         if not same_lights(base.work.shining, self._lights):
-            raise NotUpdatableError("The lights have changed, so that all light is another: bake anew.")
+            raise NotUpdatableError("the lights have changed, so that all light is another")
         self._find_changes()
 
     def _find_changes(self) -> None:
@@ -137,7 +169,7 @@ class _Update:
         corners = scene.corners[come].reshape(-1, 3)
         room = base.scene.bounds.expanded(GROWTH * base.scene.bounds.radius)
         if len(come) and ((corners < room.lower) | (corners > room.upper)).any():
-            raise NotUpdatableError("Something has left the room that the whole scene took up: bake anew.")
+            raise NotUpdatableError("something has left the box that held the whole scene")
         self._caster = RayCaster(scene.corners, base.points.centres)
         balls = Balls.around(base.scene.corners[gone], scene.corners[come])
         parts = [c.part(rows) for c, rows in ((base.work.caster, gone), (self._caster, come)) if len(rows)]
@@ -146,39 +178,47 @@ class _Update:
         self._same = same_points(base.points, self._points)
 
     def steps(self) -> Stage:
+        base, timed = self._base, self._stopwatch.timed
         yield Progress("Looking for what changed", 0.0)
-        with self._stopwatch("shadow"):
-            anew = self._to_find_anew()
+        anew = yield from during("Looking for what changed", 0.0, timed("shadow", self._to_find_anew()))
         yield Progress("Placing the points", 0.05)
+        if len(self._changes.balls) == 0 and np.array_equal(self._same, np.arange(len(base.points))):
+            return self._in_scale(replace(base.result, seconds=self._stopwatch.seconds))
         rows = np.flatnonzero(anew)
-        with self._stopwatch("place"):
-            places = self._stand(rows)
+        places = yield from during("Placing the points", 0.05, timed("place", self._stand(rows)))
         yield Progress("Tracing photons", 0.1)
-        records = ChangedRecords(self._base.work, self._scene, self._caster, self._changes, self._lights)
-        with self._stopwatch("trace"):
-            records.trace(self._base.journal, self._base.settings.seed)
+        records = ChangedRecords(base.work, self._scene, self._caster, self._changes, self._lights)
+        tracing = records.trace(base.journal, base.settings.seed)
+        yield from during("Tracing photons", 0.1, timed("trace", tracing))
         yield Progress("Placing the records", 0.2)
-        with self._stopwatch("place"):
-            kept = np.unique(self._same[~anew])
-            records.place(self._base.places.taken(kept), places, self._points.facing[rows], self._base.settings)
+        kept = base.places.taken(np.unique(self._same[~anew]))
+        placing = records.place(kept, places, self._points.facing[rows], base.settings)
+        yield from during("Placing the records", 0.2, timed("place", placing))
         yield Progress("Lighting the records", 0.3)
-        with self._stopwatch("gather"):
-            records.light(self._base.settings)
+        yield from during("Lighting the records", 0.3, timed("gather", records.light(base.settings)))
         yield Progress("Casting rays", 0.5)
-        with self._stopwatch("shadow"):
-            found = self._find_anew(rows, places, records)
+        casting = self._find_anew(rows, places, records)
+        found = yield from during("Casting rays", 0.5, timed("shadow", casting))
         yield Progress("Gathering", 0.7)
-        with self._stopwatch("gather"):
-            return self._joined(anew, places, found, self._differences(records, ~anew))
+        more = yield from during("Gathering", 0.7, timed("gather", self._differences(records, ~anew)))
+        yield Progress("Fitting the values", 0.95)
+        return self._joined(anew, places, found, more)
 
-    def _to_find_anew(self) -> np.ndarray:
-        """Which points (N,) are new, near to what changed, or in light that is straight from a light and changed."""
+    def _to_find_anew(self) -> Generator[None, None, np.ndarray]:
+        """Which points (N,) are new, near to what changed, see much of it, or are in light that comes straight from a
+        light and changed."""
         base, balls = self._base, self._changes.balls
         anew = self._same < 0
         anew |= balls.distances(self._points.centres) < NEAR
         if len(balls) == 0:
             return anew
         lamps, group = base.work.rays.nearby.of_lamps(), base.places.group[self._same]
+        # Of two scenes, differences take twice the rays.
+        dear, noise = 0.5 * base.rays_per_point, NOISE * base.noise
+        rows = np.flatnonzero(~anew)
+        for part in slices(len(rows), POINTS_PER_CHUNK):
+            some = base.places.taken(self._same[rows[part]])
+            anew[rows[part]] = Sight.of(balls, some.origins, some.normals, noise).count.sum(axis=0) > dear
 
         def shaded(task: tuple[int, np.ndarray]) -> np.ndarray:
             count, rows = task
@@ -193,23 +233,26 @@ class _Update:
             blocks = [rows[part] for part in slices(len(rows), POINTS_PER_CHUNK)]
             for found in ordered_map(shaded, [(count, block) for block in blocks]):
                 anew[found] = True
+                yield
             around = np.zeros(group.max() + 1, bool)
             around[group[rows[anew[rows]]]] = True
             rows = rows[around[group[rows]] & ~anew[rows]]
         return anew
 
-    def _stand(self, rows: np.ndarray) -> Standpoints | None:
+    def _stand(self, rows: np.ndarray) -> Generator[object, None, Standpoints | None]:
         """Where the points ``rows`` look from."""
         if len(rows) == 0:
             return None
         points = self._points
         inward = None if points.inward is None else points.inward[rows]
-        return Standpoints.joined(list(standpoints(self._caster, points.centres[rows], points.facing[rows], inward)))
+        finding = standpoints(self._caster, points.centres[rows], points.facing[rows], inward)
+        return Standpoints.joined((yield from collected(finding)))
 
-    def _find_anew(self, rows: np.ndarray, places: Standpoints | None, records: ChangedRecords):
-        """Direct and reflected light at the points ``rows``, and both with the errors by rays alone; None without any.
-
-        Three Irradiance."""
+    def _find_anew(
+        self, rows: np.ndarray, places: Standpoints | None, records: ChangedRecords
+    ) -> Generator[float, None, tuple[Irradiance, Irradiance, Irradiance] | None]:
+        """Direct and reflected light at the points ``rows``, and both with the errors by rays alone; None without
+        any."""
         if places is None:
             return None
         base, points = self._base, self._points
@@ -217,15 +260,25 @@ class _Update:
         stands = Stands(points.centres[rows], places.origins, facing)
         rays = DirectLight(self._scene, self._caster, stands, points.normals[rows], base.settings, self._lights)
         rays.gather(records.reflected, self._lights)
-        for _ in rays.rounds(0, base.work.rays.done):
-            pass
-        spread = rays.reflected_spread(base.work.records.common_error)
-        noise = Irradiance(np.zeros_like(spread.value), spread.standard_error)
-        direct, reflected = rays.irradiance, rays.reflected
-        return direct, reflected + noise, direct + reflected
+        goal = base.settings.aimed_noise
+        yield from rays.rounds(0, base.work.common_rounds)
+        while True:
+            spread = rays.reflected_spread(base.work.records.common_error)
+            noise = Irradiance(np.zeros_like(spread.value), spread.standard_error)
+            direct, reflected = rays.irradiance, rays.reflected
+            found = direct, reflected + noise, direct + reflected
+            if goal is None or rays.done >= base.work.rays.done:
+                return found
+            # As the first bake did, it works on where light is hard to find.
+            missing = far_off(found[0] + found[1], goal, rays)
+            if missing.sum() <= FEW * len(points):
+                return found
+            yield from rays.rounds(rays.done, min(2 * rays.done, base.work.rays.done), where=missing)
 
-    def _differences(self, records: ChangedRecords, kept: np.ndarray):
-        """By how much direct and indirect light differ at the ``kept`` points (N,): two Irradiance."""
+    def _differences(
+        self, records: ChangedRecords, kept: np.ndarray
+    ) -> Generator[None, None, tuple[Irradiance, Irradiance]]:
+        """By how much direct and indirect light differ at the ``kept`` points (N,)."""
         base = self._base
         differences = Differences(
             self._changes,
@@ -234,21 +287,26 @@ class _Update:
             *records.delta,
             base.work.rays.nearby.of_lamps(),
         )
+        yield from base.look()
         # In the order of the first bake, whose views are kept.
         olds = self._same[kept]
         wanted = np.zeros(len(base.points), bool)
         wanted[olds] = True
-        light = base.result.irradiance.sum(axis=1)
-        noise = float(np.median(base.result.light.relative_errors))
+        usual = base.result.irradiance.sum(axis=1)
 
         def found(rows: slice):
             generator = random_stream(base.settings.seed, "changes", 1, rows.start)
-            if not wanted[rows].any():
-                return np.zeros((4, rows.stop - rows.start, 3))
-            sums = differences.at(base.places.taken(rows), base.views.part(rows), light[rows], noise, generator)
-            return np.stack([part for each in sums for part in (each.value, each.squared)])
+            some, light = rows.start + np.flatnonzero(wanted[rows]), np.zeros((4, rows.stop - rows.start, 3))
+            if len(some):
+                places, views = base.places.taken(some), base.views.taken(some)
+                sums = differences.at(places, views, usual[some], base.noise, generator)
+                light[:, some - rows.start] = [part for each in sums for part in (each.value, each.squared)]
+            return light
 
-        parts = list(ordered_map(found, slices(len(base.points), POINTS_PER_CHUNK)))
+        parts = []
+        for part in ordered_map(found, slices(len(base.points), POINTS_PER_CHUNK)):
+            parts.append(part)
+            yield
         direct, direct_error, indirect, indirect_error = np.concatenate(parts, axis=1)[:, olds]
         return Irradiance(direct, np.sqrt(direct_error)), Irradiance(indirect, np.sqrt(indirect_error))
 
@@ -274,6 +332,17 @@ class _Update:
         if self._fit is not None:
             seen = self._fit.seen(light, np.where(hidden, 0.0, stood["open"]), lights[2])
         seconds = self._stopwatch.seconds
-        return replace(
+        found = replace(
             base.result, direct=lights[0], indirect=lights[1], seen=seen, hidden=hidden, **stood, seconds=seconds
         )
+        return self._in_scale(found)
+
+    def _in_scale(self, found: BakeResult) -> BakeResult:
+        """What was ``found`` of lights as strong as in the first bake, of lights as strong as they are."""
+        if self._scale is None:
+            return found
+        scale, lights = self._scale, {}
+        for name in ("direct", "indirect", "seen"):
+            light = getattr(found, name)
+            lights[name] = Irradiance(light.value * scale, light.standard_error * np.abs(scale))
+        return replace(found, **lights, emitted_flux=found.emitted_flux * scale, cut_flux=found.cut_flux * scale)

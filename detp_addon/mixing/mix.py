@@ -46,6 +46,14 @@ def mix(objects: Iterable[bpy.types.Object], attribute: str, gains: Gains) -> Ga
     return known | gains
 
 
+def remix(objects: Iterable[bpy.types.Object], attribute: str, gains: Gains) -> None:
+    """Mix light that was written anew as it was before, as far as its groups are still there."""
+    known = gains_of(objects, attribute)
+    changed = {name: gain for name, gain in gains.items() if known.get(name, gain) != gain}
+    if changed:
+        mix(objects, attribute, changed)
+
+
 def _mixtures(
     objects: Iterable[bpy.types.Object], attribute: str
 ) -> Iterator[tuple[bpy.types.Object, dict[str, dict]]]:

@@ -3,7 +3,8 @@
 import bpy
 from bpy.app.handlers import persistent
 
-from . import session
+from ..updates import latest_kept
+from . import live_updates, session
 from .forecasts import forget_unsaved
 from .mixer import follow_mixture
 from .show_light import follow_light
@@ -11,12 +12,14 @@ from .show_light import follow_light
 
 @persistent
 def _before_load(*_args):
+    live_updates.stop()
     session.cancel_running("The bake was cancelled because another file was opened.")
 
 
 @persistent
 def _after_load(*_args):
     session.forget()
+    latest_kept.forget()
     forget_unsaved()
     for scene in bpy.data.scenes:
         if scene.library is None:
@@ -31,6 +34,7 @@ def _before_undo(*_args):
 @persistent
 def _after_undo(*_args):
     follow_light()
+    live_updates.see_change()
 
 
 def _pairs():
@@ -55,6 +59,7 @@ def unregister_handlers() -> None:
     """Stop following, and cancel a running bake."""
     session.cancel_running("The bake was cancelled because the add-on was switched off.")
     session.forget()
+    latest_kept.forget()
     forget_unsaved()
     for handlers, handler in _pairs():
         handlers.remove(handler)

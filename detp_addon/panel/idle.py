@@ -1,4 +1,4 @@
-"""What the operators have in common that wait for the end of a bake."""
+"""What the operators and panels of bakes have in common: waiting for the end of one, and being drawn anew."""
 
 from ...core.errors import DetpError
 from ..command.terminal import escaped
@@ -20,3 +20,11 @@ class Idle:
         """Report what a user can mend; the operator's answer."""
         self.report({"ERROR"}, escaped(str(error)))
         return {"CANCELLED"}
+
+
+def redraw_panels(context) -> None:
+    """Draw the panels anew, since what a bake says has changed."""
+    for area in (area for window in context.window_manager.windows for area in window.screen.areas):
+        for region in area.regions:
+            if (area.type, region.type) in (("VIEW_3D", "UI"), ("PROPERTIES", "WINDOW")):
+                region.tag_redraw()

@@ -8,13 +8,16 @@ import bpy
 from ...core.errors import DetpError
 from ..command.terminal import escaped
 from ..job import bake_scene
+from ..request import BakeRequest
 from ..units import metres_per_unit
+from ..updates import latest_kept
+from ..updates.kept_bake import KeptBake
 from ..wording import counted
 from ..writing.face_division import divide_faces, select_faces
 from ..writing.live_colours import LiveColours
 from . import session
 from .forecasts import forecast_of, remember
-from .idle import Idle
+from .idle import Idle, redraw_panels
 from .mixer import follow_mixture
 from .properties import BakeOptions, bake_request, scene_options
 from .show_light import show_while
@@ -27,6 +30,8 @@ TICK, REDRAW = 0.02, 0.2
 
 class Baking(Idle):
     """What runs a bake, at once or in slices; what it bakes, its subclasses say."""
+
+    _kept: KeptBake | None = None  # what it keeps for updates
 
     def execute(self, context):
         """Bake at once, from a script or in background mode; arguments that are not given come from the scene."""
@@ -96,14 +101,18 @@ class Baking(Idle):
         for name, value in options.items():
             setattr(self, name, value)  # so that a repetition bakes the same
         try:
-            request = bake_request(options, metres_per_unit(context.scene))
-            self._request = replace(request, look=self._live)
+            self._request = request = self._asked(context, options)
             live = LiveColours(request.domain, request.attribute if request.activate else None) if self._live else None
-            steps = self._steps(context, self._request, options, live)
-            return session.begin(steps, self._expected(context, self._request, options))
+            steps = self._steps(context, request, options, live)
+            latest_kept.begin(self._kept)
+            return session.begin(steps, self._expected(context, request, options))
         except DetpError as error:
             self.refused(error)
             return None
+
+    def _asked(self, context, options: dict) -> BakeRequest:
+        """What is to be baked."""
+        return replace(bake_request(options, metres_per_unit(context.scene)), look=self._live)
 
     def _options(self, context) -> dict:
         """The arguments by name; those that are not given come from the scene."""
@@ -114,8 +123,10 @@ class Baking(Idle):
         given = filter(self.properties.is_property_set, options)
         return options | {name: getattr(self, name) for name in given}
 
-    def _steps(self, context, request, _options, live):
-        return bake_scene(context.scene, context.view_layer, request, live)
+    def _steps(self, context, request, options, live):
+        if options["keep"]:
+            self._kept = KeptBake(context.scene, context.view_layer, request)
+        return bake_scene(context.scene, context.view_layer, request, live, kept=self._kept)
 
     def _expected(self, context, request, _options) -> float | None:
         """Seconds that it is likely to take."""
@@ -133,6 +144,7 @@ class Baking(Idle):
     def _ended(self, context, bake: session.BakeSession) -> set[str]:
         outcome = bake.outcome
         if outcome.status == session.DONE:
+            latest_kept.keep(self._kept)
             follow_mixture(context.scene)
             if not bake.stopped:
                 self._remember(context, outcome.report.seconds["total"])
@@ -150,14 +162,14 @@ class Baking(Idle):
         progress = self._bake.progress
         self._drawn, self._phase = time.perf_counter(), progress.phase
         _set_status(self._workspace, f"DETP bake: {progress.phase}, {self._bake.fraction:.0%}   |   Esc: Cancel")
-        _redraw_panels(context)
+        redraw_panels(context)
 
     def _close(self, context):
         if self._timer is not None:
             context.window_manager.event_timer_remove(self._timer)
             self._timer = None
         _set_status(self._workspace, None)
-        _redraw_panels(context)
+        redraw_panels(context)
 
 
 class DETP_OT_bake(BakeOptions, Baking, bpy.types.Operator):
@@ -269,13 +281,6 @@ def _set_status(workspace: str, text: str | None) -> None:
     found = bpy.data.workspaces.get(workspace)
     if found is not None:
         found.status_text_set(text)
-
-
-def _redraw_panels(context) -> None:
-    for area in (area for window in context.window_manager.windows for area in window.screen.areas):
-        for region in area.regions:
-            if (area.type, region.type) in (("VIEW_3D", "UI"), ("PROPERTIES", "WINDOW")):
-                region.tag_redraw()
 
 
 CLASSES = (

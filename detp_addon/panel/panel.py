@@ -3,6 +3,7 @@
 import bpy
 
 from ...core.errors import DetpError
+from ..updates.latest_kept import kept_of
 from ..wording import duration, percent
 from . import session
 from .forecasts import forecast_of
@@ -104,6 +105,7 @@ class _Advanced:
         column.prop(settings, "estimator")
         column.separator()
         column.prop(settings, "live")
+        column.prop(settings, "keep")
 
 
 class DETP_PT_bake(SidebarTab, _Bake, bpy.types.Panel):
@@ -186,12 +188,24 @@ def _draw_button(layout: bpy.types.UILayout, context) -> None:
     row.scale_y = 1.6
     row.enabled = not reason
     row.operator("detp.bake", text="Bake", icon="LIGHT_SUN")
+    if settings.keep or kept_of(context.scene, context.view_layer) is not None:
+        _draw_update(row, layout, context)
     if reason:
         sentence(layout, reason, line_length(context), "INFO")
         return
     row = layout.row()
     row.active = False
     row.label(text=f"About {duration(forecast.seconds)}, error {percent(forecast.error)}", icon="TIME")
+
+
+def _draw_update(beside: bpy.types.UILayout, layout: bpy.types.UILayout, context) -> None:
+    """The button for updates, ``beside`` the other one, and the switch that presses it by itself."""
+    beside.operator("detp.update", text="Update", icon="FILE_REFRESH")
+    row = layout.row()
+    row.use_property_split = False  # which would leave no room for its name
+    row.prop(context.window_manager, "detp_live_updates")
+    if context.window_manager.detp_live_note:
+        sentence(layout, context.window_manager.detp_live_note, line_length(context), "INFO")
 
 
 CLASSES = (

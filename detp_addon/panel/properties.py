@@ -67,6 +67,13 @@ class BakeOptions:
         default=True,
         options={"SKIP_SAVE"},
     )
+    keep: BoolProperty(
+        name="Keep for Updates",
+        description="Keep in memory, until the file is closed, what Update needs to find the light anew after objects "
+        "were moved, added, removed or given other materials, in a part of the time of a bake. It may be a gigabyte",
+        default=False,
+        options={"SKIP_SAVE"},
+    )
     targets: EnumProperty(
         name="Objects",
         description="Which meshes get the colours; the whole scene casts and reflects light either way",

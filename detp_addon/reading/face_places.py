@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,7 @@ from .read_meshes import MeshSurface
 from .triangle_geometry import determinants, dots, has_area, normal_matrices, safe_unit, sides_meant
 
 #: Seed of the places: the same for every bake, so that bakes of a scene differ by their light alone.
-_SEED = 0
+SEED = 0
 
 #: cosine between the normals of a surface and of a place on it, that lies between points whose normals are taken over
 _SMOOTH = 0.5
@@ -46,9 +47,19 @@ class PlacedFaces:
     facing: np.ndarray
 
 
-def placed_faces(points: list[CornerPoints], surfaces: list[MeshSurface], domain: str) -> PlacedFaces:
+def drawn_anew(faces: ShownFaces, _owners: np.ndarray) -> FacePlaces:
+    """Places on all of the ``faces``."""
+    return faces.drawn(SEED)
+
+
+def placed_faces(
+    points: list[CornerPoints],
+    surfaces: list[MeshSurface],
+    domain: str,
+    drawn: Callable[[ShownFaces, np.ndarray], FacePlaces] = drawn_anew,
+) -> PlacedFaces:
     """The faces of objects with these ``points`` on these ``surfaces``; a value for each point, or, with the
-    ``domain`` POINT, for each vertex.
+    ``domain`` POINT, for each vertex. Of faces and their owners (T,), ``drawn`` finds the places.
     """
     if not points:
         none = np.zeros((0, 3))
@@ -82,7 +93,7 @@ def placed_faces(points: list[CornerPoints], surfaces: list[MeshSurface], domain
     triangles, owners = triangles[kept], owners[kept]
     at = rows[triangles]
     faces = ShownFaces(shown[triangles], centres[at], normals[at], count, beside, angles)
-    places = faces.drawn(_SEED)
+    places = drawn(faces, owners)
     centres, directions = places.of(faces.corners), safe_unit(places.of(faces.normals))[0]
     turned = determinants(np.stack([part.matrix for part in points])) < 0
     flat = normals_and_areas(faces.corners)[0] * np.where(turned, -1.0, 1.0)[owners, None]

@@ -15,9 +15,10 @@ from ...core.lights.light import Light
 from ...core.lights.world import UniformWorld
 from ...core.points import Points
 from ...core.scene import Scene
-from .face_places import PlacedFaces, placed_faces
+from .face_places import PlacedFaces, drawn_anew, placed_faces
 from .findings import Findings
 from .joined_rows import batches, numbered, starts_of
+from .kept_places import KeptPlaces
 from .placed_triangles import PlacedTriangles, placed_triangles
 from .read_instances import RenderedObjects, TargetPoints, read_instances
 from .read_shaders import DEFAULT_ALBEDO
@@ -114,12 +115,14 @@ def read_scene(
     written: Sequence[str] = (),
     fit: str = "vertices",
     frame: int | None = None,
+    kept: KeptPlaces | None = None,
 ) -> ExportedScene:
     """Read ``context_scene`` as a render of ``view_layer`` sees it at a ``frame``, None for now.
 
     ``targets`` are the objects to bake, None for every mesh object that the render shows; ``domain`` is CORNER or
     POINT; ``fit`` says where the points are, one of FITS. The colours of the attributes ``written`` and of earlier
-    bakes are not looked at. Blender's data are afterwards as they were.
+    bakes are not looked at. Places on faces are those ``kept``, where there are such. Blender's data are afterwards
+    as they were.
 
     Raises NoMeshError when nothing can be baked, EditModeError when all that could is open in Edit Mode, SceneBusyError
     while Blender renders, and InvalidArrayError on numbers that are out of range.
@@ -131,7 +134,7 @@ def read_scene(
     placed = placed_triangles(read.surfaces, read.placements)
     world = _world_light(read, context_scene.frame_current if frame is None else frame, findings)
     scene = _scene(read, placed, world, findings)
-    baked, points, shown = _targets(read, scene, domain, fit)
+    baked, points, shown = _targets(read, scene, domain, fit, kept)
     if targets is not None:
         _name_missing(wanted, {target.object_name for target in baked}, findings)
     if len(points.centres) == 0 and read.editing:
@@ -221,13 +224,14 @@ def _scene(read: RenderedObjects, placed: PlacedTriangles, world: list[Light], f
 
 
 def _targets(
-    read: RenderedObjects, scene: Scene, domain: str, fit: str
+    read: RenderedObjects, scene: Scene, domain: str, fit: str, kept: KeptPlaces | None
 ) -> tuple[tuple[BakeTarget, ...], SettledPoints, PlacedFaces | None]:
     """The objects to bake, and the estimation points of all of them, on faces or at their corners."""
     surfaces = [read.surfaces[target.surface] for target in read.targets]
     points, shown = [target.points for target in read.targets], None
     if fit == "faces":
-        shown = placed_faces(points, surfaces, domain)
+        names = [(target.object_name, target.library) for target in read.targets]
+        shown = placed_faces(points, surfaces, domain, drawn_anew if kept is None else partial(kept.drawn, names))
         count = len(shown.centres)
         nowhere, seen = np.zeros((count, 3)), np.zeros(count, bool)
         settled = SettledPoints(shown.rows, shown.centres, shown.normals, shown.facing, nowhere, seen)

@@ -206,7 +206,7 @@ def test_forecasts_learn_from_the_settings_that_the_bake_had_and_from_no_other_f
 
 def test_forecasts_do_not_learn_from_a_stopped_bake(addon):
     before = panel_forecast()
-    operator = types.SimpleNamespace(_live=False, report=lambda *_: None)
+    operator = types.SimpleNamespace(_live=False, _kept=None, report=lambda *_: None)
     operator._request = bake_request(scene_options(addon))
     bake = session.begin(steps(BakeSettings(error=1e-4), live=False))
     bake.step(0.0)

@@ -255,7 +255,7 @@ class TestBake:
 
     def test_an_error_of_the_program_is_seen_and_the_next_bake_works(self, scene, monkeypatch):
         with monkeypatch.context() as broken:
-            broken.setattr(operators, "bake_scene", lambda *_: steps(2, ZeroDivisionError("oops")))
+            broken.setattr(operators, "bake_scene", lambda *_, **__: steps(2, ZeroDivisionError("oops")))
             with pytest.raises(RuntimeError, match="ZeroDivisionError"):
                 bpy.ops.detp.bake()
         assert session.running() is None

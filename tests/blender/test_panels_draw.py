@@ -4,7 +4,7 @@ import types
 
 import bpy
 import pytest
-from detp.detp_addon.panel import animation, mixer
+from detp.detp_addon.panel import animation, mixer, panel
 from small_scenes import cube, grid, lamp
 
 
@@ -22,6 +22,9 @@ class Layout:
 
     column = row
 
+    def separator(self):
+        """Nothing that could be wrong."""
+
     def prop(self, data, name, text=None, **_):
         assert name in data.bl_rna.properties
         self.drawn.append(text or name)
@@ -37,14 +40,15 @@ class Layout:
         self.drawn.append(text)
 
 
-def drawn(panel):
+def drawn(cls):
     layout = Layout()
     context = types.SimpleNamespace(
         scene=bpy.context.scene, view_layer=bpy.context.view_layer, object=bpy.context.object,
         preferences=bpy.context.preferences, region=types.SimpleNamespace(width=400),
+        window_manager=bpy.context.window_manager,
     )  # fmt: skip
-    assert not hasattr(panel, "poll") or panel.poll(context)
-    panel.draw(types.SimpleNamespace(layout=layout), context)
+    assert not hasattr(cls, "poll") or cls.poll(context)
+    cls.draw(types.SimpleNamespace(layout=layout), context)
     return layout.drawn
 
 
@@ -54,6 +58,14 @@ def scene(addon):
     cube("Box").keyframe_insert("location", frame=1)
     lamp()
     return bpy.context.scene
+
+
+def test_updates_are_offered_where_bakes_are_kept(scene):
+    before = drawn(panel.DETP_PT_render_bake)
+    assert "detp.bake" in before and "detp.update" not in before
+    scene.detp.keep = True
+    after = drawn(panel.DETP_PT_render_bake)
+    assert after.index("detp.update") == after.index("detp.bake") + 1 and "detp_live_updates" in after
 
 
 def test_the_mixer_has_a_row_for_each_group(scene):

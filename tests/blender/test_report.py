@@ -32,7 +32,7 @@ def test_json_has_every_key_in_a_stable_order():
     assert set(entry) == {
         "scene", "output", "objects", "points", "triangles", "lights", "photons", "shadow_rays", "segments", "radius",
         "gatherer", "seconds", "relative_error", "high_error", "faces_lost", "wrong_faces", "modelled", "left_out",
-        "light_groups", "frames", "warnings",
+        "light_groups", "frames", "updated", "warnings",
         "filled", "gatherer_reason", "blender_scene", "view_layer", "scale", "colours", "above_one",
     }  # fmt: skip
     assert set(entry["seconds"]) == {"export", "shadow", "trace", "gather", "write", "total"}

@@ -9,11 +9,13 @@ from detp.core.bake import baked
 from detp.core.errors import InvalidSettingError, NotUpdatableError, SessionTooLargeError
 from detp.core.estimator.estimate import IrradianceEstimate
 from detp.core.lights.point import PointLight
+from detp.core.lights.sun import SunLight
+from detp.core.lights.world import UniformWorld
 from detp.core.points import Points
 from detp.core.settings import BakeSettings
 from detp.core.stages import finished
 from detp.core.update.changed_places import Balls, Sight
-from detp.core.update.matching import same_rows, same_triangles
+from detp.core.update.matching import light_scale, same_rows, same_triangles
 from detp.core.update.session import BakeSession
 from rooms import box_quads, face_points, scene_of
 from scipy import stats
@@ -106,6 +108,29 @@ def test_there_and_back_again_is_exactly_the_first_bake(sessions):
     assert np.array_equal(again.standard_error, session.first.standard_error)
 
 
+def test_stronger_lights_of_another_colour_need_nothing_found(sessions):
+    session, scale = sessions["box"][0], np.array([2.0, 0.5, 3.0])
+    scene, points = room(BOX, lamp=replace(LAMP, power=scale * LAMP.power))
+    again = finished(session.update(scene, points))
+    assert again.irradiance == pytest.approx(session.first.irradiance * scale, rel=1e-12)
+    assert again.standard_error == pytest.approx(session.first.standard_error * scale, rel=1e-12)
+    moved = finished(session.update(*room(AWAY, lamp=replace(LAMP, power=scale * LAMP.power))))
+    assert moved.irradiance == pytest.approx(finished(session.update(*room(AWAY))).irradiance * scale, rel=1e-12)
+    assert light_scale(scene.lights, ()) is None
+
+
+def test_lights_are_scaled_only_when_all_are_alike():
+    lamps = [LAMP, SunLight((0, 0, -1), (3.0, 2.0, 0.0)), UniformWorld((0.1, 0.1, 0.2))]
+    twice = [replace(LAMP, power=2 * LAMP.power), replace(lamps[1], irradiance=2 * lamps[1].irradiance)]
+    twice.append(UniformWorld(2 * lamps[2].radiance))
+    assert np.array_equal(light_scale(lamps, lamps), np.ones(3)) and np.array_equal(light_scale([], []), np.ones(3))
+    assert light_scale(lamps, twice) == pytest.approx(2.0)
+    assert light_scale(lamps, [twice[0], *lamps[1:]]) is None
+    assert light_scale(lamps, [replace(LAMP, radius=0.2), *lamps[1:]]) is None
+    # Of light in a channel that was dark nothing is known.
+    assert light_scale(lamps[1:2], [replace(lamps[1], irradiance=(3.0, 2.0, 1.0))]) is None
+
+
 def test_the_same_change_gives_the_same_light(sessions):
     once, twice = (finished(sessions["box"][0].update(*room(AWAY))) for _ in range(2))
     assert np.array_equal(once.irradiance, twice.irradiance)
@@ -114,15 +139,17 @@ def test_the_same_change_gives_the_same_light(sessions):
 def test_what_cannot_be_updated_is_said(sessions):
     session, (scene, points) = sessions["box"][0], room(BOX)
     with pytest.raises(NotUpdatableError, match="lights have changed"):
-        finished(session.update(*room(BOX, lamp=replace(LAMP, power=(1.0, 1.0, 1.0)))))
-    with pytest.raises(NotUpdatableError, match="left the room"):
+        finished(session.update(*room(BOX, lamp=replace(LAMP, position=(2.0, 1.5, 2.2)))))
+    with pytest.raises(NotUpdatableError, match="left the box"):
         finished(session.update(*room((9.0, 0.0, 0.0))))
-    with pytest.raises(NotUpdatableError, match="no bake"):
+    with pytest.raises(NotUpdatableError, match="no finished bake"):
         finished(BakeSession(scene, points, settings()).update(scene, points))
     with pytest.raises(InvalidSettingError, match="shadow rays"):
         BakeSession(scene, points, BakeSettings(direct="photons"))
+    large = BakeSession(scene, points, settings(), limit=10_000)
+    assert np.array_equal(finished(large.bake()).irradiance, session.first.irradiance)
     with pytest.raises(SessionTooLargeError, match="GB"):
-        finished(BakeSession(scene, points, settings(), limit=10_000).bake())
+        finished(large.update(scene, points))
 
 
 def test_rows_that_come_several_times_are_matched_one_by_one():

@@ -32,6 +32,8 @@ TRIES = (
     "a_whole_bake",
     "use_in_material",
     "a_removed_object",
+    "an_update",
+    "updates_while_moving",
     "render_result_is_kept",
     "another_file",
     "switching_off",
@@ -90,7 +92,8 @@ def picture(name):
 def start_a_bake(whole=False):
     """Press Bake and wait until photons fly; a bake that is waited for is the shorter."""
     bpy.context.scene.detp.photons = PHOTONS // 8 if whole else PHOTONS
-    height = yield from user.press("detp.bake")
+    # Where bakes are kept, there is another button beside it.
+    height = yield from user.press("detp.bake", across=0.35)
     yield from user.wait_for(baking, 5)
     yield from user.wait_for(lambda: over() or session().latest().progress.fraction > 0.2)
     assert baking(), f"the bake was over too soon, give it more photons: {outcome()}"
@@ -186,6 +189,80 @@ def try_use_in_material():
     yield from user.wait_for(lambda: not using() and baked() > 0, 5)
     yield from user.key("Z", ctrl=True)
     yield from user.wait_for(lambda: baked() == 0, 5)
+
+
+def light():
+    """The bytes of all baked colours."""
+    found = {}
+    for mesh in bpy.data.meshes:
+        layer = mesh.attributes.get(bpy.context.scene.detp.attribute)
+        if layer is not None:
+            values = [0.0] * (4 * len(layer.data))
+            layer.data.foreach_get("color", values)
+            found[mesh.name] = values
+    return found
+
+
+def a_kept_bake():
+    """Bake with updates in mind; returns the name of an object to move, since undo makes objects new."""
+    bpy.context.scene.detp.keep = True
+    yield from start_a_bake(whole=True)
+    yield from user.wait_for(over)
+    yield 0.3
+    assert outcome().status == "DONE", outcome()
+    return [obj.name for obj in bpy.context.scene.objects if obj.type == "MESH"][-1]
+
+
+def try_an_update():
+    """It finds other light after a move; Esc leaves all, and Ctrl-Z takes first the light back, then the move."""
+    name = yield from a_kept_bake()
+    first = light()
+    bpy.data.objects[name].location.x += 0.05
+    bpy.ops.ed.undo_push(message="A move")
+    yield from user.press("detp.update")
+    yield from user.wait_for(baking, 5)
+    yield from user.key("ESC")
+    yield from user.wait_for(over, 10)
+    yield 0.3
+    assert outcome().status == "CANCELLED" and light() == first, outcome()
+    yield from user.press("detp.update")
+    yield from user.wait_for(baking, 5)
+    yield from user.wait_for(over)
+    yield 0.3
+    assert outcome().status == "DONE" and outcome().report.updated, outcome()
+    assert light() != first
+    yield from picture("updated")
+    yield from user.key("Z", ctrl=True)
+    yield from user.wait_for(lambda: light() == first, 5)
+    yield from user.key("Z", ctrl=True)
+    yield 0.5
+    yield from user.key("Z", ctrl=True)
+    yield from user.wait_for(lambda: baked() == 0, 5)
+    bpy.context.scene.detp.keep = False
+
+
+def try_updates_while_moving():
+    """The light follows a move by itself, and follows when Ctrl-Z takes the move back."""
+    name = yield from a_kept_bake()
+    first, manager = light(), bpy.context.window_manager
+    manager.detp_live_updates = True
+    yield 2.0
+    yield from user.wait_for(over)
+    bpy.ops.ed.undo_push(message="Before the move")
+    bpy.data.objects[name].location.x += 0.05
+    bpy.ops.ed.undo_push(message="A move")
+    yield from user.wait_for(lambda: over() and light() != first)
+    assert outcome().report.updated, outcome()
+    yield from picture("followed")
+    yield from user.key("Z", ctrl=True)
+    yield 2.0
+    yield from user.wait_for(lambda: over() and light() == first)
+    manager.detp_live_updates = False
+    for _ in range(2):
+        yield from user.key("Z", ctrl=True)
+        yield 0.5
+    yield from user.wait_for(lambda: baked() == 0, 5)
+    bpy.context.scene.detp.keep = False
 
 
 def rendered():

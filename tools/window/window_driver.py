@@ -85,11 +85,11 @@ def hovered():
         return bpy.context.window_manager.clipboard
 
 
-def find(operator, below=None):
+def find(operator, below=None, across=0.65):
     """Where the sidebar's button for ``operator`` is: move the pointer down, from the top or from ``below`` that
-    height, until it is over it."""
+    height, ``across`` the sidebar by that share of its width, until it is over it."""
     region = sidebar()
-    x, hits = region.x + region.width * 0.65, []
+    x, hits = region.x + region.width * across, []
     # Until Blender has seen the pointer leave, the last button counts as under it.
     move(region.x - 50, region.y + region.height // 2)
     yield 0.3
@@ -105,9 +105,9 @@ def find(operator, below=None):
     return x, (hits[0] + hits[-1]) // 2
 
 
-def press(operator, below=None):
+def press(operator, below=None, across=0.65):
     """Find a button and click it; returns its height in the window."""
-    x, y = yield from find(operator, below)
+    x, y = yield from find(operator, below, across)
     yield from click(x, y)
     return y
 

@@ -1,0 +1,137 @@
+"""A bake of a scene with all that it takes to update it, light group by light group."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Generator
+from dataclasses import replace
+
+import bpy
+
+from ...core.bake import bake
+from ...core.errors import InvalidSettingError, NotUpdatableError, OutOfMemoryError
+from ...core.fit.vertex_fit import VertexFit
+from ...core.memory import check_baking, free_bytes
+from ...core.points import Points
+from ...core.result import BakeResult, Progress
+from ...core.scene import Scene
+from ...core.settings import BakeSettings
+from ...core.update.session import LIMIT, BakeSession
+from ..chosen_objects import targets_in
+from ..mixing.light_groups import MOST_GROUPS
+from ..reading.kept_places import KeptPlaces
+from ..reading.read_scene import ExportedScene
+from ..request import BakeRequest
+
+#: of the memory that is free before a bake, light paths that are kept may take this share
+SHARE = 0.25
+
+#: light that is not parted by groups
+ALL = ""
+
+
+class KeptBake:
+    """What ``request`` asks for in ``scene`` as ``view_layer`` shows it, baked and kept, and then updated.
+
+    Attributes: ``places`` on faces; ``updated``, whether the last run had no need to bake anything as a whole, and
+    ``notes``: why it had, and why nothing could be kept.
+    """
+
+    def __init__(self, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, request: BakeRequest):
+        self._scene, self._view_layer = scene.name, view_layer.name
+        self._request, self._whole = request, True
+        self._sessions: dict[str, BakeSession] = {}
+        self._seeds: dict[str, int] = {}
+        self.places: KeptPlaces | None = None
+        self._read_places: KeptPlaces | None = None
+        self._begin()
+
+    def _begin(self) -> None:
+        self.updated, self.notes = bool(self._sessions), []
+
+    def __bool__(self) -> bool:
+        """Whether there is something to update."""
+        return bool(self._sessions)
+
+    def of(self, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> bool:
+        """Whether it is of ``scene`` as ``view_layer`` shows it."""
+        return (scene.name, view_layer.name) == (self._scene, self._view_layer)
+
+    def request(self, scene: bpy.types.Scene, whole: bool = True) -> BakeRequest:
+        """What is to be baked of ``scene`` as it is now: what was baked, as far as it is still there.
+
+        Without ``whole``, light that cannot be updated is not baked as a whole: NotUpdatableError.
+        """
+        self._whole = whole
+        return replace(self._request, targets=targets_in(scene, self._request.targets))
+
+    def read(self, export: ExportedScene, points: int) -> None:
+        """Make ready for ``points`` of the scene as it was read now.
+
+        Raises OutOfMemoryError when they cannot be baked even if nothing more is kept of earlier.
+        """
+        self._begin()
+        if self._request.targets == "selected":
+            self._request = replace(self._request, targets=tuple(target.object_name for target in export.targets))
+        if export.shown is not None:
+            names = [(target.object_name, target.library) for target in export.targets]
+            self._read_places = KeptPlaces.of(names, export.shown)
+        triangles = len(export.scene.triangles)
+        try:
+            check_baking(triangles, points)
+        except OutOfMemoryError:
+            if not (self._sessions and self._whole):
+                raise
+            self._sessions.clear()
+            gc.collect()
+            self._anew("memory ran short, and what was kept is gone")
+            check_baking(triangles, points)
+
+    def bake(
+        self, group: str, surfaces: Scene, points: Points, settings: BakeSettings, fit: VertexFit | None
+    ) -> Generator[Progress, None, BakeResult]:
+        """The steps of an update of the light of that ``group``, or of a whole bake where there can be none."""
+        session = self._sessions.get(group)
+        if session is not None:
+            try:
+                return (yield from session.update(surfaces, points, fit))
+            except NotUpdatableError as error:
+                if not self._whole:
+                    raise
+                self._anew(error.reason, group)
+        if not self._whole:
+            raise NotUpdatableError("there is light that was not baked before")
+        self.updated, free = False, free_bytes()
+        settings = self._unlike_others(group, settings)
+        try:
+            session = BakeSession(surfaces, points, settings, LIMIT if free is None else min(LIMIT, int(SHARE * free)))
+        except (InvalidSettingError, NotUpdatableError) as error:
+            self._not_kept(error, group)
+            return (yield from bake(surfaces, points, settings, fit))
+        result = yield from session.bake(fit)
+        try:
+            session.check()
+        except NotUpdatableError as error:
+            self._not_kept(error, group)
+        else:
+            # Not before: who cancels a bake can still update the one before it.
+            self._sessions[group], self._seeds[group] = session, settings.seed
+            self.places = self._read_places
+        return result
+
+    def _unlike_others(self, group: str, settings: BakeSettings) -> BakeSettings:
+        """The ``settings`` with a seed that no other group has: noise of groups is to be independent."""
+        others = {self._seeds[name] for name in self._sessions if name != group}
+        while settings.seed in others:
+            settings = replace(settings, seed=settings.seed + (MOST_GROUPS << 32))
+        return settings
+
+    def _anew(self, reason: str, group: str = ALL) -> None:
+        whose = f"The light of '{group}'" if group else "All light"
+        self.notes.append(f"{whose} was baked anew, since {reason}.")
+
+    def _not_kept(self, error: Exception, group: str) -> None:
+        self._sessions.pop(group, None)
+        reason = error.reason if isinstance(error, NotUpdatableError) else str(error)[0].lower() + str(error)[1:-1]
+        if not any(reason in note for note in self.notes):
+            self.notes.append(f"This bake cannot be updated, since {reason}.")

@@ -69,6 +69,8 @@ class Baking(Idle):
                     self._work()
                 except BaseException:
                     self._close(context)
+                    if self._live:
+                        self._unshow()
                     raise
         if self._bake.outcome is not None:
             self._close(context)
@@ -100,7 +102,8 @@ class Baking(Idle):
             self._request = replace(request, look=self._live)
             live = LiveColours(request.domain, request.attribute if request.activate else None) if self._live else None
             steps = self._steps(context, self._request, options, live)
-            return session.begin(steps, self._expected(context, self._request, options))
+            expected, timed = self._expected(context, self._request, options), request.settings.seconds is not None
+            return session.begin(steps, expected, timed)
         except DetpError as error:
             self.refused(error)
             return None

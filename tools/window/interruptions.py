@@ -1,100 +1,28 @@
-"""Tries the add-on in Blender's real window, as a user would: clicks, Esc, Ctrl-Z, another file, and takes pictures.
-
-With the extension installed and enabled, and a scene with at least one mesh and one light:
-
-    blender --enable-event-simulate SCENE.blend --python tools/window/try_panel.py -- FOLDER [PHOTONS [NAME...]]
-
-The pictures go to FOLDER; look at them. PHOTONS (default 2 million) must make a bake that lasts until its buttons are
-found; bakes that are waited for take an eighth of them. NAMEs choose among the TRIES below. Blender ends with status 0
-when all went well, else with 1 and a traceback. The scene file is not changed.
-
-Without a graphics card Blender's pictures of itself are black: name another program in the environment variable
-DETP_SCREENSHOT, such as "scrot -o", which is called with the picture's path.
-"""
+"""Tries of bakes that something comes in between of, and of what they leave."""
 
 import os
 import sys
 import tempfile
 
 import bpy
-
-sys.path.insert(0, os.path.dirname(__file__))
 import window_driver as user
-
-FOLDER, *REST = sys.argv[sys.argv.index("--") + 1 :]
-PHOTONS = int(REST[0]) if REST else 2_000_000
-TRIES = (
-    "escape",
-    "cancel_button",
-    "undo_during_a_bake",
-    "a_closed_window",
-    "an_error_of_the_program",
-    "a_whole_bake",
-    "use_in_material",
-    "a_removed_object",
-    "render_result_is_kept",
-    "another_file",
-    "switching_off",
+from watching import (
+    LIT,
+    MANY,
+    SCENE,
+    baked,
+    baking,
+    finished_bake,
+    left_behind,
+    open_scene,
+    outcome,
+    over,
+    picture,
+    session,
+    shading,
+    start_a_bake,
+    whole_bake,
 )
-
-#: the shading of a viewport that shows the light
-LIT = ("SOLID", "VERTEX", "FLAT")
-
-
-def session():
-    """The add-on's own module, under whatever name Blender has loaded it."""
-    return next(module for name, module in sys.modules.items() if name.endswith(".detp_addon.panel.session"))
-
-
-def baking():
-    return session().running() is not None
-
-
-def over():
-    return not baking()
-
-
-def outcome():
-    return session().latest().outcome
-
-
-def left_behind():
-    """All that a cancelled bake must not leave."""
-    kinds = ("scenes", "objects", "meshes", "cameras", "materials", "collections", "worlds", "node_groups")
-    found = {kind: sorted(getattr(bpy.data, kind).keys()) for kind in kinds}
-    found["attributes"] = {mesh.name: sorted(mesh.attributes.keys()) for mesh in bpy.data.meshes}
-    found["shown"] = {mesh.name: mesh.attributes.active_color_name for mesh in bpy.data.meshes}
-    found["scene"] = bpy.context.scene.name
-    found["engine"] = bpy.context.scene.render.engine
-    return found
-
-
-def baked():
-    attribute = bpy.context.scene.detp.attribute
-    return sum(attribute in mesh.attributes for mesh in bpy.data.meshes)
-
-
-def using():
-    return sum("detp_light" in material for material in bpy.data.materials)
-
-
-def shading():
-    found = user.view_area().spaces[0].shading
-    return found.type, found.color_type, found.light
-
-
-def picture(name):
-    return user.picture(os.path.join(FOLDER, name + ".png"))
-
-
-def start_a_bake(whole=False):
-    """Press Bake and wait until photons fly; a bake that is waited for is the shorter."""
-    bpy.context.scene.detp.photons = PHOTONS // 8 if whole else PHOTONS
-    height = yield from user.press("detp.bake")
-    yield from user.wait_for(baking, 5)
-    yield from user.wait_for(lambda: over() or session().latest().progress.fraction > 0.2)
-    assert baking(), f"the bake was over too soon, give it more photons: {outcome()}"
-    return height
 
 
 def try_escape():
@@ -135,15 +63,11 @@ def try_undo_during_a_bake():
 def try_a_removed_object():
     """Its light is not written, and the others' is; then it comes back by undo."""
     bpy.ops.ed.undo_push(message="Before the removal")
-    meshes = [obj for obj in bpy.context.scene.objects if obj.type == "MESH"]
-    if len(meshes) < 2:
-        return
-    yield from start_a_bake(whole=True)
-    name = meshes[0].name
-    bpy.data.objects.remove(meshes[0])
-    yield from user.wait_for(over)
-    yield 0.3
-    assert outcome().status == "DONE", outcome()
+    obj = next(obj for obj in bpy.context.scene.objects if obj.type == "MESH")
+    yield from start_a_bake(MANY // 16)
+    name = obj.name
+    bpy.data.objects.remove(obj)
+    yield from finished_bake()
     assert any(name in warning for warning in outcome().report.warnings), outcome().report.warnings
     yield from user.key("Z", ctrl=True)
     yield 0.5
@@ -152,13 +76,9 @@ def try_a_removed_object():
 def try_a_whole_bake():
     """The finished bake, shown, taken back by one Ctrl-Z, and baked again."""
     assert baked() == 0
-    yield from start_a_bake(whole=True)
-    yield from user.wait_for(over)
-    yield 0.3
-    assert outcome().status == "DONE", outcome()
+    yield from whole_bake()
     count = baked()
     assert count > 0
-    user.move(10, 10)
     yield from picture("baked")
     assert shading() == LIT
     yield from user.press("detp.show")
@@ -169,23 +89,6 @@ def try_a_whole_bake():
     yield from user.wait_for(lambda: baked() == 0 and shading() != LIT, 5)
     yield from user.key("Z", ctrl=True, shift=True)
     yield from user.wait_for(lambda: baked() == count and shading() == LIT, 5)
-    yield from user.key("Z", ctrl=True)
-    yield from user.wait_for(lambda: baked() == 0, 5)
-
-
-def try_use_in_material():
-    """The light goes into the materials by one click, and one Ctrl-Z takes it out."""
-    yield from start_a_bake(whole=True)
-    yield from user.wait_for(over)
-    yield 0.3
-    yield from user.press("detp.use_in_material")
-    yield 0.5
-    assert using(), "no material uses the light"
-    yield from picture("used")
-    yield from user.key("Z", ctrl=True)
-    yield from user.wait_for(lambda: not using() and baked() > 0, 5)
-    yield from user.key("Z", ctrl=True)
-    yield from user.wait_for(lambda: baked() == 0, 5)
 
 
 def rendered():
@@ -206,8 +109,7 @@ def try_render_result_is_kept():
     render.resolution_x, render.resolution_y, render.resolution_percentage = 64, 48, 100
     bpy.ops.render.render()
     first = rendered()
-    yield from start_a_bake(whole=True)
-    yield from user.wait_for(over)
+    yield from whole_bake()
     assert rendered() == first, "the bake must not touch the user's Render Result"
     render.engine, render.resolution_x, render.resolution_y, render.resolution_percentage = before
 
@@ -216,12 +118,11 @@ def try_another_file():
     """Opening a file ends the bake without a trace, and the next bake works."""
     yield from start_a_bake()
     running = session().latest()
-    bpy.ops.wm.open_mainfile(filepath=bpy.data.filepath)
+    bpy.ops.wm.open_mainfile(filepath=SCENE)
     yield 0.5
     assert running.outcome.status == "CANCELLED" and "file" in running.outcome.message, running.outcome
     assert session().latest() is None
-    yield from user.show_sidebar("Light Bake")
-    set_up()
+    yield from open_scene()
     yield from start_a_bake()
     yield from user.key("ESC")
     yield from user.wait_for(over, 2)
@@ -254,7 +155,7 @@ def try_an_error_of_the_program():
     def broken(*arguments):
         for number, progress in enumerate(bake_scene(*arguments)):
             if number == 5:
-                raise ZeroDivisionError("made by try_panel.py")
+                raise ZeroDivisionError("made by this try")
             yield progress
 
     operators.bake_scene = broken
@@ -283,25 +184,16 @@ def try_switching_off():
     assert bpy.ops.detp.bake.poll()
 
 
-def set_up():
-    """The settings of all these bakes, and a view that is good for pictures."""
-    settings = bpy.context.scene.detp
-    settings.auto_photons = False
-    for obj in bpy.context.view_layer.objects:
-        obj.select_set(False)
-    if bpy.context.scene.camera:
-        user.view_area().spaces[0].region_3d.view_perspective = "CAMERA"
-
-
-def main():
-    os.makedirs(FOLDER, exist_ok=True)
-    set_up()
-    bpy.ops.ed.undo_push(message="Set-up")
-    yield from user.show_sidebar("Light Bake")
-    yield from picture("panel")
-    for name in REST[1:] or TRIES:
-        print(f"Trying {name}", flush=True)
-        yield from globals()["try_" + name]()
-
-
-user.play(main())
+def try_uninstalling():
+    """The light stays in the file, and nothing of the add-on in Blender."""
+    yield from whole_bake()
+    count, name = baked(), session().__name__.removesuffix(".detp_addon.panel.session")
+    folder = os.path.dirname(sys.modules[name].__file__)
+    attribute = bpy.context.scene.detp.attribute
+    repositories = [each.module for each in bpy.context.preferences.extensions.repos]
+    bpy.ops.extensions.package_uninstall(repo_index=repositories.index(name.split(".")[1]), pkg_id="detp")
+    yield 0.5
+    assert not hasattr(bpy.types.Scene, "detp") and not hasattr(bpy.types, "DETP_OT_bake")
+    assert name not in bpy.context.preferences.addons and not os.path.exists(folder), folder
+    assert sum(attribute in mesh.attributes for mesh in bpy.data.meshes) == count
+    yield from picture("uninstalled")

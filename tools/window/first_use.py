@@ -203,7 +203,6 @@ def try_use_and_export():
     yield from user.press("detp.use_in_material")
     yield 0.5
     assert using(), "no material uses the light"
-    yield from picture("used")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "baked.glb")
         bpy.ops.export_scene.gltf(filepath=str(path))
@@ -211,6 +210,8 @@ def try_use_and_export():
     for obj in (obj for obj in bpy.context.scene.objects if obj.type == "MESH" and obj.name != LAMP):
         _, values = exported.corners(obj.name, "COLOR_0")
         assert np.isin(np.round(values[:, :3], 5), np.round(light_of(obj.name), 5)).all(), obj.name
+    yield 3.0  # Blender compiles shaders meanwhile
+    yield from picture("used")
     yield from user.key("Z", ctrl=True)
     yield from user.wait_for(lambda: not using() and baked() > 0, 5)
 

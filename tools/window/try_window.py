@@ -21,7 +21,7 @@ SCREEN = "-screen 0 1600x1000x24"
 NEEDED = ("blender", "xvfb-run", "scrot")
 
 #: seconds that installing, and all tries together, may take
-INSTALLING, TRYING = 120, 900
+INSTALLING, TRYING = 120, 1800
 
 
 def main() -> int:

@@ -14,7 +14,7 @@ from contextlib import suppress
 import bpy
 
 #: pixels between two places of the pointer when a button is looked for
-STEP = 8
+STEP = 12
 
 #: the keys of characters that do not name theirs
 KEYS = {" ": "SPACE", ".": "PERIOD", "0": "ZERO", "1": "ONE", "2": "TWO"}

@@ -14,7 +14,7 @@ from contextlib import suppress
 import bpy
 
 #: pixels between two places of the pointer when a button is looked for
-STEP = 12
+STEP = 8
 
 #: the keys of characters that do not name theirs
 KEYS = {" ": "SPACE", ".": "PERIOD", "0": "ZERO", "1": "ONE", "2": "TWO"}
@@ -127,14 +127,24 @@ def find(what, below=None, kind="VIEW_3D", across=0.65):
     for y in range(below or region.y + region.height - 4, region.y + 4, -STEP):
         move(x, y)
         yield 0.05
-        found = hovered(kind)
-        if f"{what}(" in found or found.endswith(f".{what}"):
+        if _is_over(what, kind):
             hits.append(y)
         elif hits:
             break
     if not hits:
         raise RuntimeError(f"no button for {what} can be seen")
-    return x, (hits[0] + hits[-1]) // 2
+    y = (hits[0] + hits[-1]) // 2
+    # A busy Blender may still have been drawing the pointer's last place.
+    move(x, y)
+    yield 0.3
+    if not _is_over(what, kind):
+        return (yield from find(what, below, kind, across))
+    return x, y
+
+
+def _is_over(what, kind):
+    found = hovered(kind)
+    return f"{what}(" in found or found.endswith(f".{what}")
 
 
 def press(what, below=None, across=0.65):

@@ -64,7 +64,7 @@ def try_a_removed_object():
     """Its light is not written, and the others' is; then it comes back by undo."""
     bpy.ops.ed.undo_push(message="Before the removal")
     obj = next(obj for obj in bpy.context.scene.objects if obj.type == "MESH")
-    yield from start_a_bake(MANY // 16)
+    yield from start_a_bake(MANY // 32)
     name = obj.name
     bpy.data.objects.remove(obj)
     yield from finished_bake()

@@ -124,7 +124,7 @@ def whole_bake():
 def finished_bake():
     """Wait for the end of a bake that was begun."""
     yield 0.1
-    yield from user.wait_for(over)
+    yield from user.wait_for(over, 180)
     yield 0.3
     assert outcome().status == "DONE", outcome()
     user.move(10, 10)

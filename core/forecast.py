@@ -20,8 +20,9 @@ POINT, RAY, PHOTON, CROSSING = 1.0e-4, 1.0e-6, 4.0e-6, 2.5e-7
 #: Wall seconds before and beside all that: the pilot, learning where to aim.
 START = 1.5
 
-#: Photons over those that the radius is chosen for: often it may not become as large as that would ask for.
-MORE_PHOTONS = 3.0
+#: Photons over those that the radius is chosen for: often it may not become as large as that would ask for. And those
+#: of a bake that gathers, whose error is that of its rays.
+MORE_PHOTONS, GATHERED_PHOTONS = 3.0, 1 << 17
 
 #: Standard error over the median error of normal noise; mean square over squared mean of the crossings' flux.
 DEVIATION, UNEVEN = 1.48, 1.5
@@ -62,6 +63,7 @@ def _seconds(points: int, settings: BakeSettings, error: float) -> float:
         seconds += RAY * RAYS * (0.1 / error) * points
     if settings.indirect_by != "off" or settings.direct_by == "photons":
         crossings = UNEVEN / (DEVIATION * error) ** 2
-        photons = settings.photons or MORE_PHOTONS * photons_for(error)
+        gathers = settings.indirect_by == "gather" and settings.direct_by != "photons"
+        photons = settings.photons or (GATHERED_PHOTONS if gathers else MORE_PHOTONS * photons_for(error))
         seconds += PHOTON * photons + CROSSING * crossings * points
     return START + this_machine().wall_seconds(seconds)

@@ -12,7 +12,7 @@ def register() -> None:
     import bpy
 
     from .command import command
-    from .panel import animation, handlers, live_updates, mixer, properties, show_light
+    from .panel import animation, handlers, live_updates, mixer, panel, properties, show_light
 
     properties.register_properties()
     mixer.register_mixture()
@@ -21,6 +21,7 @@ def register() -> None:
     for cls in _classes():
         bpy.utils.register_class(cls)
     bpy.types.VIEW3D_PT_shading.append(show_light.draw_in_shading)
+    bpy.types.TOPBAR_MT_render.append(panel.draw_in_render_menu)
     handlers.register_handlers()
     _command = command.register_command()
 
@@ -30,10 +31,11 @@ def unregister() -> None:
     import bpy
 
     from .command import command
-    from .panel import animation, handlers, live_updates, mixer, properties, show_light
+    from .panel import animation, handlers, live_updates, mixer, panel, properties, show_light
 
     command.unregister_command(_command)
     handlers.unregister_handlers()
+    bpy.types.TOPBAR_MT_render.remove(panel.draw_in_render_menu)
     bpy.types.VIEW3D_PT_shading.remove(show_light.draw_in_shading)
     for cls in reversed(_classes()):
         bpy.utils.unregister_class(cls)

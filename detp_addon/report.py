@@ -110,10 +110,10 @@ class BakeReport:
         if self.frames:
             each = self.seconds["total"] / len(self.frames)
             frames = f" at {len(self.frames)} frames from {self.frames[0]} to {self.frames[-1]}, {each:.2g} s each,"
+        search = f" (radius {self.radius:.3g} m, {self.gatherer})" if self.photons else ""
         return (
             f"{done} {counted(self.objects, 'object')}{frames} {counted(self.points, 'point')} with "
-            f"{counted(self.photons, 'photon')} in {self.seconds['total']:.1f} s; median error {error} "
-            f"(radius {self.radius:.3g} m, {self.gatherer})."
+            f"{counted(self.photons, 'photon')} in {self.seconds['total']:.1f} s; median error {error}{search}."
         )
 
     def faces(self) -> str:

@@ -38,8 +38,9 @@ if TYPE_CHECKING:
 #: Rays from each point in one round to the lamps, to each of the surroundings, and by chance; a power of two.
 RAYS_PER_ROUND = 4
 
-#: Points whose rays are cast at a time.
-POINTS_PER_CHUNK = 1 << 12
+#: Points whose rays are cast at a time, in a step of so many rounds; in one of more rounds fewer points, down to the
+#: least, so that whoever runs a bake soon gets a word in, and small scenes have work for all processors.
+POINTS_PER_CHUNK, ROUNDS_PER_CHUNK, LEAST_PER_CHUNK = 1 << 12, 4, 1 << 8
 
 #: Rays by chance from each point in one round once they gather reflected light; a power of two.
 GATHER_RAYS = 16
@@ -192,13 +193,14 @@ class DirectLight:
         Points with ``other`` (N, 3) W/m^2 light, which is found in another way, need less of these rays. Only points
         of ``where`` (N,) cast any, whole groups; None for all.
         """
-        groups = list(blocks(np.diff(self._groups.start), POINTS_PER_CHUNK))
         other = None if other is None else other[self._groups.order]
         where = None if where is None else where[self._groups.order]
         begin = first
         while begin < last:
             # Steps end where the rounds have doubled, whoever asks for how many of them.
             end = min(last, max(LEARN_AFTER, 1 << begin.bit_length()))
+            points = max(POINTS_PER_CHUNK * ROUNDS_PER_CHUNK // max(end - begin, ROUNDS_PER_CHUNK), LEAST_PER_CHUNK)
+            groups = list(blocks(np.diff(self._groups.start), points))
             plan = self._plan(begin, end, other)
             if where is not None:
                 plan = tuple(np.where(where, rounds, 0) for rounds in plan)

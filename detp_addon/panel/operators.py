@@ -74,6 +74,8 @@ class Baking(Idle):
                     self._work()
                 except BaseException:
                     self._close(context)
+                    if self._live:
+                        self._unshow()
                     raise
         if self._bake.outcome is not None:
             self._close(context)
@@ -104,8 +106,9 @@ class Baking(Idle):
             self._request = request = self._asked(context, options)
             live = LiveColours(request.domain, request.attribute if request.activate else None) if self._live else None
             steps = self._steps(context, request, options, live)
+            expected, timed = self._expected(context, request, options), request.settings.seconds is not None
             latest_kept.begin(self._kept)
-            return session.begin(steps, self._expected(context, request, options))
+            return session.begin(steps, expected, timed)
         except DetpError as error:
             self.refused(error)
             return None

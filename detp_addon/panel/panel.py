@@ -142,6 +142,12 @@ class DETP_PT_render_advanced(RenderTab, _Advanced, bpy.types.Panel):
     bl_parent_id = "DETP_PT_render_bake"
 
 
+def draw_in_render_menu(self, _context) -> None:
+    """The bake in Blender's Render menu, where the search for menu entries (F3) finds it too."""
+    self.layout.separator()
+    self.layout.operator("detp.bake", icon="LIGHT_SUN")
+
+
 def settings_column(layout: bpy.types.UILayout) -> bpy.types.UILayout:
     """A column of settings with their names on the left, greyed out during a bake."""
     layout.use_property_split = True

@@ -36,13 +36,13 @@ class DETP_PT_result(SidebarTab, bpy.types.Panel):
             icon = "ERROR" if outcome.status == session.FAILED else "INFO"
             sentence(self.layout, outcome.message, width, icon)
             return
-        _draw_figures(self.layout, outcome.report, context.scene.unit_settings)
+        _draw_figures(self.layout, outcome.report)
         _draw_brightness(self.layout, outcome.report, context, width)
         _draw_faces(self.layout, outcome.report, width)
-        _draw_lists(self.layout, outcome.report, width)
+        _draw_lists(self.layout, outcome.report, context, width)
 
 
-def _draw_figures(layout: bpy.types.UILayout, report: BakeReport, units: bpy.types.UnitSettings) -> None:
+def _draw_figures(layout: bpy.types.UILayout, report: BakeReport) -> None:
     error = percent(report.relative_error) if math.isfinite(report.relative_error) else "No light arrived"
     high = percent(report.high_error) if math.isfinite(report.high_error) else "Unknown"
     column = layout.column(align=True)
@@ -52,18 +52,29 @@ def _draw_figures(layout: bpy.types.UILayout, report: BakeReport, units: bpy.typ
         *frames,
         ("Points", number(report.points)),
         ("Time", duration(report.seconds["total"])),
-        ("Error", error),
-        ("Of 9 in 10", high),
-        ("Photons", number(report.photons)),
-        ("Radius", length(report.radius, units)),
-        ("Gatherer", GATHERER_NAMES.get(report.gatherer, report.gatherer)),
+        ("Median Error", error),
+        ("9 in 10 Within", high),
     ):
-        split = column.split(factor=0.4)
-        left = split.row()
-        left.alignment = "RIGHT"
-        left.active = False
-        left.label(text=name)
-        split.label(text=value)
+        _figure(column, name, value)
+
+
+def _draw_search(layout: bpy.types.UILayout, report: BakeReport, units: bpy.types.UnitSettings, width: int) -> None:
+    """How photons were searched, where any were needed."""
+    column = layout.column(align=True)
+    _figure(column, "Photons", number(report.photons))
+    if report.photons:
+        _figure(column, "Radius", length(report.radius, units))
+        _figure(column, "Gatherer", GATHERER_NAMES.get(report.gatherer, report.gatherer))
+    sentence(layout, report.gatherer_reason, width)
+
+
+def _figure(column: bpy.types.UILayout, name: str, value: str) -> None:
+    split = column.split(factor=0.45)
+    left = split.row()
+    left.alignment = "RIGHT"
+    left.active = False
+    left.label(text=name)
+    split.label(text=value)
 
 
 def _draw_brightness(layout: bpy.types.UILayout, report: BakeReport, context, width: int) -> None:
@@ -85,16 +96,18 @@ def _draw_faces(layout: bpy.types.UILayout, report: BakeReport, width: int) -> N
         row.operator("detp.divide_faces", text="Subdivide", icon="MOD_SUBSURF")
 
 
-def _draw_lists(layout: bpy.types.UILayout, report: BakeReport, width: int) -> None:
+def _draw_lists(layout: bpy.types.UILayout, report: BakeReport, context, width: int) -> None:
     if report.warnings:
         many = len(report.warnings) > 3
         body = _section(layout, "warnings", counted(len(report.warnings), "Warning"), many, "ERROR")
         _bullets(body, report.warnings, width)
     if report.left_out:
-        _bullets(_section(layout, "left_out", f"{len(report.left_out)} Left Out"), report.left_out, width)
+        _bullets(
+            _section(layout, "left_out", f"{counted(len(report.left_out), 'Feature')} Left Out"), report.left_out, width
+        )
     body = _section(layout, "details", "Details")
     if body:
-        sentence(body, report.gatherer_reason, width)
+        _draw_search(body, report, context.scene.unit_settings, width)
         _bullets(body, [f"Modelled: {feature}" for feature in report.modelled], width)
         body.operator("detp.copy_report", icon="COPYDOWN")
 

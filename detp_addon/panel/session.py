@@ -26,7 +26,7 @@ DONE, CANCELLED, FAILED = "DONE", "CANCELLED", "FAILED"
 #: Seconds after reading the scene in which no pause is made to show what comes next: the first light comes the sooner.
 HURRY = 1.0
 
-#: The share of a bake that the forecast alone may say is done.
+#: By how much of a bake the forecast may be ahead of what the bake itself says, which speaks up only between its steps.
 MOST_GUESSED = 0.2
 
 
@@ -35,11 +35,13 @@ class BakeSession:
 
     progress  where it stands
     outcome   None while it runs
-    expected  seconds that it was forecast to take, None when nothing is known
+    expected  seconds that it was forecast to take, None when nothing is known; ``timed`` when it will take just these
     """
 
-    def __init__(self, steps: Generator[JobProgress, None, BakeReport], expected: float | None = None):
-        self._steps, self._expected = steps, expected
+    def __init__(
+        self, steps: Generator[JobProgress, None, BakeReport], expected: float | None = None, timed: bool = False
+    ):
+        self._steps, self._expected, self._lead = steps, expected, 1.0 if timed else MOST_GUESSED
         self._start, self._shown = time.perf_counter(), 0.0
         self._phases: set[str] = set()
         self._read = math.inf  # when the scene had been read
@@ -77,10 +79,10 @@ class BakeSession:
 
     @property
     def fraction(self) -> float:
-        """The share done (0..1), which never falls; at first by the forecast, as far as MOST_GUESSED."""
-        passed = time.perf_counter() - self._start
-        guess = min(passed / self._expected, MOST_GUESSED) if self._expected else 0.0
-        self._shown = max(self._shown, self.progress.fraction, guess)
+        """The share done (0..1), which never falls; by the forecast, as far ahead of the bake's own as it may be."""
+        passed, known = time.perf_counter() - self._start, self.progress.fraction
+        guess = min(passed / self._expected, known + self._lead, 0.99) if self._expected else 0.0
+        self._shown = max(self._shown, known, guess)
         return self._shown
 
     @property
@@ -125,10 +127,12 @@ def running() -> BakeSession | None:
     return _latest if _latest is not None and _latest.outcome is None else None
 
 
-def begin(steps: Generator[JobProgress, None, BakeReport], expected: float | None = None) -> BakeSession:
+def begin(
+    steps: Generator[JobProgress, None, BakeReport], expected: float | None = None, timed: bool = False
+) -> BakeSession:
     """Make ``steps``, which are ``expected`` to take so many seconds, the running bake in place of one that is over."""
     global _latest
-    _latest = BakeSession(steps, expected)
+    _latest = BakeSession(steps, expected, timed)
     return _latest
 
 

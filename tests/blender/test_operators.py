@@ -110,8 +110,17 @@ class TestSession:
         assert bake.remaining is None
         bake.step(0.0)
         bake.step(0.0)
-        assert bake.fraction == bake.progress.fraction == 0.5
+        assert bake.progress.fraction == 0.5 and bake.fraction == 0.5 + session.MOST_GUESSED
         assert session.begin(steps(4, REPORT)).remaining is None
+
+    def test_a_bake_of_a_given_time_is_as_far_as_the_time(self, monkeypatch):
+        now = [100.0]
+        monkeypatch.setattr(session.time, "perf_counter", lambda: now[0])
+        bake = session.begin(steps(4, REPORT), expected=10.0, timed=True)
+        now[0] += 7.0
+        assert bake.fraction == pytest.approx(0.7)
+        now[0] += 7.0
+        assert bake.fraction == 0.99
 
     def test_runs_to_the_end(self):
         bake = session.begin(steps(10, REPORT))

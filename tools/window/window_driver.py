@@ -9,11 +9,20 @@ import subprocess
 import sys
 import time
 import traceback
+from contextlib import suppress
 
 import bpy
 
 #: pixels between two places of the pointer when a button is looked for
 STEP = 8
+
+#: the keys of characters that do not name theirs
+KEYS = {" ": "SPACE", ".": "PERIOD", "0": "ZERO", "1": "ONE", "2": "TWO"}
+
+FULL = {"full_path": True}
+
+#: where the pointer is
+_pointer = 0, 0
 
 
 def window():
@@ -21,26 +30,27 @@ def window():
     return bpy.context.window_manager.windows[0]
 
 
-def view_area():
-    """The largest 3D View."""
-    views = [area for area in window().screen.areas if area.type == "VIEW_3D"]
-    return max(views, key=lambda area: area.width * area.height)
+def area(kind="VIEW_3D"):
+    """The largest area of a kind."""
+    found = [area for area in window().screen.areas if area.type == kind]
+    return max(found, key=lambda area: area.width * area.height)
 
 
-def sidebar():
-    """The sidebar's region of the 3D View."""
-    return next(region for region in view_area().regions if region.type == "UI")
+def panels(kind="VIEW_3D"):
+    """Its region of panels: of a 3D View the sidebar."""
+    wanted = "UI" if kind == "VIEW_3D" else "WINDOW"
+    return next(region for region in area(kind).regions if region.type == wanted)
 
 
 def show_sidebar(tab):
     """Open the sidebar on a tab; a tab is known only once the sidebar has been drawn."""
-    view_area().spaces[0].show_region_ui = True
+    area().spaces[0].show_region_ui = True
     for _ in range(50):
         yield 0.1
         try:
-            sidebar().active_panel_category = tab
+            panels().active_panel_category = tab
         except (TypeError, AttributeError):
-            view_area().tag_redraw()
+            area().tag_redraw()
         else:
             yield 0.3
             return
@@ -49,46 +59,67 @@ def show_sidebar(tab):
 
 def move(x, y):
     """Move the pointer, in pixels from the window's lower left corner."""
-    window().event_simulate(type="MOUSEMOVE", value="NOTHING", x=int(x), y=int(y))
+    global _pointer
+    _pointer = int(x), int(y)
+    _event("MOUSEMOVE", "NOTHING")
 
 
 def click(x, y):
     """Move the pointer and press the left button."""
     move(x, y)
     yield 0.2
-    for value in ("PRESS", "RELEASE"):
-        window().event_simulate(type="LEFTMOUSE", value=value, x=int(x), y=int(y))
-        yield 0.05
+    yield from press_key("LEFTMOUSE")
 
 
-def key(name, **modifiers):
-    """Press a key over the middle of the 3D View."""
-    area = view_area()
-    x, y = area.x + area.width // 3, area.y + area.height // 2
-    move(x, y)
+def key(name, kind="VIEW_3D", **modifiers):
+    """Press a key over the middle of an area."""
+    over = area(kind)
+    move(over.x + over.width // 3, over.y + over.height // 2)
     yield 0.1
-    for value in ("PRESS", "RELEASE"):
-        window().event_simulate(type=name, value=value, x=x, y=y, **modifiers)
-        yield 0.05
+    yield from press_key(name, **modifiers)
 
 
-def hovered():
-    """The operator call of the sidebar's button under the pointer, or an empty text."""
-    with bpy.context.temp_override(window=window(), screen=window().screen, area=view_area(), region=sidebar()):
-        if not bpy.ops.ui.copy_python_command_button.poll():
-            return ""
-        bpy.context.window_manager.clipboard = ""
-        try:
-            bpy.ops.ui.copy_python_command_button()
-        except RuntimeError:
-            return ""
-        return bpy.context.window_manager.clipboard
+def press_key(name, **more):
+    """Press a key, or a button of the mouse, where the pointer is."""
+    _event(name, "PRESS", **more)
+    yield 0.05
+    _event(name, "RELEASE", **{name: value for name, value in more.items() if name != "unicode"})
+    yield 0.05
 
 
-def find(operator, below=None, across=0.65):
-    """Where the sidebar's button for ``operator`` is: move the pointer down, from the top or from ``below`` that
-    height, ``across`` the sidebar by that share of its width, until it is over it."""
-    region = sidebar()
+def write(text, then=()):
+    """Type a text of small letters, digits and a few signs, do what comes ``then``, and press Return."""
+    for character in text:
+        yield from press_key(KEYS.get(character, character.upper()), unicode=character)
+    yield 0.3
+    yield from then
+    yield from press_key("RET")
+    yield 0.2
+
+
+def _event(name, value, **more):
+    x, y = _pointer
+    window().event_simulate(type=name, value=value, x=x, y=y, **more)
+
+
+def hovered(kind="VIEW_3D"):
+    """The operator call, or the property's full path, of the button under the pointer; or an empty text."""
+    there = {"window": window(), "screen": window().screen, "area": area(kind), "region": panels(kind)}
+    with bpy.context.temp_override(**there):
+        for copy, how in ((bpy.ops.ui.copy_python_command_button, {}), (bpy.ops.ui.copy_data_path_button, FULL)):
+            bpy.context.window_manager.clipboard = ""
+            if copy.poll():
+                with suppress(RuntimeError):
+                    copy(**how)
+            if bpy.context.window_manager.clipboard:
+                return bpy.context.window_manager.clipboard
+    return ""
+
+
+def find(what, below=None, kind="VIEW_3D", across=0.65):
+    """Where the button for an operator, or a property such as ``detp.quality``, is among an area's panels: move the
+    pointer down, from the top or from ``below`` that height, at that share of their width, until it is over it."""
+    region = panels(kind)
     x, hits = region.x + region.width * across, []
     # Until Blender has seen the pointer leave, the last button counts as under it.
     move(region.x - 50, region.y + region.height // 2)
@@ -96,20 +127,49 @@ def find(operator, below=None, across=0.65):
     for y in range(below or region.y + region.height - 4, region.y + 4, -STEP):
         move(x, y)
         yield 0.05
-        if f"{operator}(" in hovered():
+        if _is_over(what, kind):
             hits.append(y)
         elif hits:
             break
     if not hits:
-        raise RuntimeError(f"no button for {operator} can be seen")
-    return x, (hits[0] + hits[-1]) // 2
+        raise RuntimeError(f"no button for {what} can be seen")
+    y = (hits[0] + hits[-1]) // 2
+    # A busy Blender may still have been drawing the pointer's last place.
+    move(x, y)
+    yield 0.3
+    if not _is_over(what, kind):
+        return (yield from find(what, below, kind, across))
+    return x, y
 
 
-def press(operator, below=None, across=0.65):
+def _is_over(what, kind):
+    found = hovered(kind)
+    return f"{what}(" in found or found.endswith(f".{what}")
+
+
+def press(what, below=None, across=0.65):
     """Find a button and click it; returns its height in the window."""
-    x, y = yield from find(operator, below, across)
+    x, y = yield from find(what, below, across=across)
     yield from click(x, y)
     return y
+
+
+def choose(what, letter):
+    """Open the list of a property and take the entry whose name has that letter underlined."""
+    yield from press(what)
+    yield 0.3
+    yield from press_key(letter.upper(), unicode=letter)
+    yield 0.3
+
+
+def enter(what, text):
+    """Write into a field."""
+    x, y = yield from find(what)
+    yield from click(x, y)
+    yield from click(x, y)
+    yield 0.2
+    yield from press_key("A", ctrl=True)
+    yield from write(text)
 
 
 def wait_for(condition, seconds=60.0):

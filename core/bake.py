@@ -24,7 +24,6 @@ from .gatherers.choose import make_gatherer
 from .irradiance import Irradiance
 from .photons.distant_light import wanted_box
 from .photons.emission import lights_of
-from .photons.guiding import learn_guide
 from .photons.light_shares import seen_shares
 from .photons.photon_journal import PhotonJournal
 from .photons.photon_light import PhotonLight, PhotonSearch
@@ -221,7 +220,7 @@ class Baking:
             if step.rounds:
                 yield from self._cast(step.rounds, refinement)
             else:
-                yield from self._trace(step.photons, refinement, result.irradiance)
+                yield from self._trace(step.photons, refinement)
             result, *mended = self._found()
             refinement.observe(*mended, result.seen)
             yield Progress("Refining", refinement.fraction, result)
@@ -234,12 +233,13 @@ class Baking:
         yield from _during("Casting rays", refinement.fraction, self._stopwatch.timed("shadow", work))
         self._by_rays = rays.irradiance
 
-    def _trace(self, photons: int, refinement: Refinement, light: np.ndarray) -> Stage[None]:
-        """Trace so many ``photons`` more, where ``light`` (N, 3) W/m^2 is known at the points."""
+    def _trace(self, photons: int, refinement: Refinement) -> Stage[None]:
+        """Trace so many ``photons`` more."""
         done = self.photons.particles
         if done == 0:
             likely = refinement.likely(self.disc.photons if self.searches else photons)
-            self._names = yield from _during("Aiming the lights", refinement.fraction, self._aim(likely, light))
+            self._names = self._choose_gatherers(likely)
+            yield Progress("Tracing photons", refinement.fraction)
         elif self.gathers:
             looking = self._stopwatch.timed("shadow", self.records.look_at_lights(photons / done))
             yield from _during("Lighting the records", refinement.fraction, looking)
@@ -248,9 +248,8 @@ class Baking:
         if self.gathers:
             self.records.update()
 
-    def _aim(self, likely: int, light: np.ndarray) -> Generator[None, None, tuple[str, str]]:
-        """Choose the searches' gatherers for so many ``likely`` photons, and aim the lights; the first one's name and
-        why, where ``light`` (N, 3) W/m^2 is known at the points."""
+    def _choose_gatherers(self, likely: int) -> tuple[str, str]:
+        """Choose the searches' gatherers for so many ``likely`` photons; the last one's name and why."""
         settings, searches = self._settings, self.photons.searches
         with self._stopwatch("gather"):
             sample = self.tracer.trace(SAMPLE_PHOTONS, random_stream(settings.seed, "sample")).segments
@@ -262,11 +261,6 @@ class Baking:
                 if search.gatherer is None:
                     search.gatherer, reason = make_gatherer(settings.gatherer, search.placed.discs, expected, some)
                     names = search.gatherer.name, reason
-        yield
-        first = searches[0]
-        known = light if first.half is None else np.zeros((len(first.placed.discs), 3))
-        aiming = learn_guide(self.tracer, first.gatherer, first.placed, first.kind, known, settings.seed, likely)
-        self.photons.aim((yield from self._stopwatch.timed("trace", aiming)))
         return names
 
     def _part(self, kind: str) -> Irradiance:

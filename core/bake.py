@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Generator
-from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
@@ -16,7 +15,7 @@ from .direct.stands import Stands
 from .discs import TangentDiscs
 from .estimator.enclosure import hidden_points
 from .estimator.standpoints import Standpoints, plain_standpoints, standpoints
-from .estimator.visible_area import VisibleDiscs, visible_discs, whole_discs
+from .estimator.visible_area import VisibleDiscs, placing, whole_discs
 from .fit.vertex_fit import VertexFit
 from .gather.record_light import RecordLight
 from .gather.records import WIDTH, Records, scouted
@@ -188,12 +187,11 @@ class Baking:
         if kinds:
             discs = TangentDiscs.of_radius(points.centres, points.normals, self.disc.radius)
             if self._plain:
-                placing = whole_discs(discs)
+                parts = whole_discs(discs)
             else:
                 every = look_in_every(settings, self._standing, self._start)
-                place = partial(visible_discs, caster) if self._crew is None else self._crew.visible_discs
-                placing = place(discs, points.inward, every, points.facing)
-            parts = self._stopwatch.timed("place", collected(placing))
+                parts = placing(caster, self._crew)(discs, points.inward, every, points.facing)
+            parts = self._stopwatch.timed("place", collected(parts))
             placed = VisibleDiscs.joined((yield from _during("Placing the discs", 0.0, parts)))
             self.searches = [PhotonSearch(kind, placed) for kind in kinds]
         searches = self.searches + (self.records.searches if self.gathers else [])

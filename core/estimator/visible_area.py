@@ -7,8 +7,10 @@ only crossings inside this outline count, and they are divided by its area.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,6 +21,9 @@ from ..rays import RayCaster
 from ..sampling import frames
 from ..segments import Segments
 from .standpoints import LEAST_STEP, POINTS_PER_CHUNK, headroom, headroom_beside, moved
+
+if TYPE_CHECKING:
+    from ..cluster.crew import Crew
 
 #: Rays in the tangent plane. Neighbours are joined by straight lines, so a wall's outline is exact.
 DIRECTIONS = 32
@@ -140,6 +145,11 @@ def visible_discs(
         return VisibleDiscs(lifted, VisibleArea(reach, np.where(hidden, whole, areas), partial, hidden))
 
     yield from ordered_map(placed, slices(len(discs), POINTS_PER_CHUNK))
+
+
+def placing(caster: RayCaster, crew: Crew | None = None) -> Callable[..., Iterator[VisibleDiscs]]:
+    """What places discs: :func:`visible_discs` with this ``caster``, or the workers of a ``crew``."""
+    return partial(visible_discs, caster) if crew is None else crew.visible_discs
 
 
 def whole_discs(discs: TangentDiscs) -> Iterator[VisibleDiscs]:

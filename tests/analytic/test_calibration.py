@@ -16,7 +16,6 @@ def assert_calibrated(found: calibration.Coverage):
     "subject, share, photons, settings",
     [
         ("furnace, albedo 0.8", 0.1, 2_500, {}),
-        ("furnace, albedo 0.8", 0.1, 6_000, {"estimator": "plain"}),
         ("Cornell box", 0.1, 3_000, {}),
         ("outdoors, sun and sky", 0.1, 9_000, {}),
         ("outdoors, sun and sky", 0.3, 9_000, {"direct": "shadow-rays"}),

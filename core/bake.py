@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Generator
-from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
@@ -16,7 +15,7 @@ from .direct.stands import Stands
 from .discs import TangentDiscs
 from .estimator.enclosure import hidden_points
 from .estimator.standpoints import Standpoints, plain_standpoints, standpoints
-from .estimator.visible_area import VisibleDiscs, visible_discs, whole_discs
+from .estimator.visible_area import VisibleDiscs, placing, whole_discs
 from .fit.vertex_fit import VertexFit
 from .gather.record_light import RecordLight
 from .gather.records import WIDTH, Records, scouted
@@ -24,7 +23,6 @@ from .gatherers.choose import make_gatherer
 from .irradiance import Irradiance
 from .photons.distant_light import wanted_box
 from .photons.emission import lights_of
-from .photons.guiding import learn_guide
 from .photons.light_shares import seen_shares
 from .photons.photon_journal import PhotonJournal
 from .photons.photon_light import PhotonLight, PhotonSearch
@@ -191,12 +189,11 @@ class Baking:
         if kinds:
             discs = TangentDiscs.of_radius(points.centres, points.normals, self.disc.radius)
             if self._plain:
-                placing = whole_discs(discs)
+                parts = whole_discs(discs)
             else:
                 every = look_in_every(settings, self._standing, self._start)
-                place = partial(visible_discs, caster) if self._crew is None else self._crew.visible_discs
-                placing = place(discs, points.inward, every, points.facing)
-            parts = self._stopwatch.timed("place", collected(placing))
+                parts = placing(caster, self._crew)(discs, points.inward, every, points.facing)
+            parts = self._stopwatch.timed("place", collected(parts))
             placed = VisibleDiscs.joined((yield from during("Placing the discs", 0.0, parts)))
             self.searches = [PhotonSearch(kind, placed) for kind in kinds]
         searches = self.searches + (self.records.searches if self.gathers else [])
@@ -223,7 +220,7 @@ class Baking:
             if step.rounds:
                 yield from self._cast(step.rounds, refinement)
             else:
-                yield from self._trace(step.photons, refinement, result.irradiance)
+                yield from self._trace(step.photons, refinement)
             result, *mended = self._found()
             refinement.observe(*mended, result.seen, result.ending_error)
             yield Progress("Refining", refinement.fraction, result)
@@ -237,12 +234,13 @@ class Baking:
         yield from during("Casting rays", refinement.fraction, self._stopwatch.timed("shadow", work))
         self._by_rays = rays.irradiance
 
-    def _trace(self, photons: int, refinement: Refinement, light: np.ndarray) -> Stage[None]:
-        """Trace so many ``photons`` more, where ``light`` (N, 3) W/m^2 is known at the points."""
+    def _trace(self, photons: int, refinement: Refinement) -> Stage[None]:
+        """Trace so many ``photons`` more."""
         done = self.photons.particles
         if done == 0:
             likely = refinement.likely(self.disc.photons if self.searches else photons)
-            self._names = yield from during("Aiming the lights", refinement.fraction, self._aim(likely, light))
+            self._names = self._choose_gatherers(likely)
+            yield Progress("Tracing photons", refinement.fraction)
         elif self.gathers:
             looking = self._stopwatch.timed("shadow", self.records.look_at_lights(photons / done))
             yield from during("Lighting the records", refinement.fraction, looking)
@@ -251,9 +249,8 @@ class Baking:
         if self.gathers:
             self.records.update()
 
-    def _aim(self, likely: int, light: np.ndarray) -> Generator[None, None, tuple[str, str]]:
-        """Choose the searches' gatherers for so many ``likely`` photons, and aim the lights; the first one's name and
-        why, where ``light`` (N, 3) W/m^2 is known at the points."""
+    def _choose_gatherers(self, likely: int) -> tuple[str, str]:
+        """Choose the searches' gatherers for so many ``likely`` photons; the last one's name and why."""
         settings, searches = self._settings, self.photons.searches
         with self._stopwatch("gather"):
             sample = self.tracer.trace(SAMPLE_PHOTONS, random_stream(settings.seed, "sample")).segments
@@ -265,11 +262,6 @@ class Baking:
                 if search.gatherer is None:
                     search.gatherer, reason = make_gatherer(settings.gatherer, search.placed.discs, expected, some)
                     names = search.gatherer.name, reason
-        yield
-        first = searches[0]
-        known = light if first.half is None else np.zeros((len(first.placed.discs), 3))
-        aiming = learn_guide(self.tracer, first.gatherer, first.placed, first.kind, known, settings.seed, likely)
-        self.photons.aim((yield from self._stopwatch.timed("trace", aiming)))
         return names
 
     def _part(self, kind: str) -> Irradiance:
@@ -280,7 +272,7 @@ class Baking:
     def _found(self) -> tuple[BakeResult, Irradiance, Irradiance]:
         """What has been found, and of it what more rays, and what more photons would mend."""
         direct, indirect = self._by_rays + self._part("direct"), self._part("indirect") + self._part("caustic")
-        at_points = sum((s.estimate.noise for s in self.searches), Irradiance.dark(len(self._points)))
+        at_points = sum((s.estimate.irradiance for s in self.searches), Irradiance.dark(len(self._points)))
         mended = self._by_rays, at_points
         if self.gathers:
             reflected, spread = self.rays.reflected, self.rays.reflected_spread(self.records.common_error)

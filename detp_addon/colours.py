@@ -77,7 +77,6 @@ def colours_of(
     A ``look_scale`` of None fits the look to the light that surfaces reflect. ``groups`` add up to ``light``.
     """
     colours, gone, objects, reflected = [], [], objects_by_name(), []
-    parts = light.irradiance, light.direct, light.indirect
     for target in targets:
         obj = objects.get((target.object_name, target.library))
         if obj is None or obj.type != "MESH" or element_count(obj.data, request.domain) != len(target.albedo):
@@ -88,21 +87,18 @@ def colours_of(
             gone.append(str(refusal))
             continue
         faces, layers, look, rows = faces_of(obj.data, request.domain), {}, None, known_rows(target, light.known)
-        dark = np.zeros_like(target.emission)
-        for group, part in groups:
-            emission = target.emission if obj.lightgroup in group.shining else dark
-            values = spread(part.irradiance, rows, faces)
-            layers[group.layer] = quantity_values(request.quantity, values, target.albedo, emission)
-        for name, irradiance in zip(request.attributes, parts, strict=False):
-            # What a surface emits is part of its direct light, and of the whole.
-            emission = dark if irradiance is parts[2] else target.emission
+        glow, dark = target.emission, np.zeros_like(target.emission)
+        # What a surface emits is part of its direct light, and of the whole.
+        parts = [(light.irradiance, glow), (light.direct, glow), (light.indirect, dark)]
+        shown = dict(zip(request.attributes, parts, strict=False))
+        shown |= {g.layer: (part.irradiance, glow if obj.lightgroup in g.shining else dark) for g, part in groups}
+        for name, (irradiance, emission) in shown.items():
             values = spread(irradiance, rows, faces)
             layers[name] = quantity_values(request.quantity, values, target.albedo, emission)
-            if irradiance is parts[0] and _looks(request, obj):
+            if name == request.attribute and _looks(request, obj):
                 reflected.append(quantity_values("shaded", values, target.albedo, dark))
-                look = reflected[-1] + target.emission
+                look = reflected[-1] + glow
         mixed_of = {group.layer: group_mark(group.name) for group, _ in groups}
-        layers = {name: layers[name] for name in (*request.attributes, *mixed_of)}
         colours.append(MeshColours(obj, layers, look=look, groups=mixed_of))
     if not colours:
         raise UnwritableFileError("Every object was changed during the bake, so no colours were written: bake again.")

@@ -26,7 +26,6 @@ from ..lights.point import PointLight
 from ..lights.spot import SpotLight
 from ..lights.sun import SunLight
 from ..lights.world import UniformWorld
-from ..photons.emission_guide import EmissionGuide
 from ..photons.specular import Specular
 from ..points import Points
 from ..scene import Scene
@@ -36,9 +35,8 @@ from ..settings import BakeSettings
 _KINDS = {
     kind.__name__: kind
     for kind in (
-        AreaLight, BakeSettings, Bounds, CastPiece, EmissionGuide, EnvironmentWorld, PointGroups, PointLight, Points,
-        Scene, Specular, SpotLight, Standpoints, Stands, SunLight, TangentDiscs, UniformWorld, VisibleArea,
-        VisibleDiscs,
+        AreaLight, BakeSettings, Bounds, CastPiece, EnvironmentWorld, PointGroups, PointLight, Points, Scene, Specular,
+        SpotLight, Standpoints, Stands, SunLight, TangentDiscs, UniformWorld, VisibleArea, VisibleDiscs,
     )
 }  # fmt: skip
 

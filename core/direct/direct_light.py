@@ -310,14 +310,15 @@ class DirectLight:
         """
         if self._followed is None:
             return None
-        found = self._exact, self._by_lamps.plain_mean(), self._by_surroundings.plain_mean()
-        return self._followed.nearby(*found).of_lamps()
+        return self._near(self._followed).of_lamps()
 
     @property
     def nearby(self) -> NearbyLight:
         """Light at places near the points, by what their :class:`.PointGroups` have learnt so far."""
-        found = self._exact, self._by_lamps.plain_mean(), self._by_surroundings.plain_mean()
-        return self._lights.nearby(*found)
+        return self._near(self._lights)
+
+    def _near(self, lights: SceneLights) -> NearbyLight:
+        return lights.nearby(self._exact, self._by_lamps.plain_mean(), self._by_surroundings.plain_mean())
 
     def _plan(self, begin: int, end: int, other: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
         """Rounds (N,) that each point shall have next, of lamps and of surroundings."""

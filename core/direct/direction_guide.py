@@ -65,10 +65,6 @@ class DirectionChoice:
         places = np.stack([row % SIDE + first, column % SIDE + second], axis=1) / SIDE
         return np.minimum(places, _BELOW_ONE), self.density[column]
 
-    def density_at(self, group: np.ndarray, uniforms: np.ndarray) -> np.ndarray:
-        """Density (K,) with which :meth:`warped` moves uniforms to these ``uniforms`` (K, 2)."""
-        return self.density[group * (SIDE * SIDE) + cells(uniforms)]
-
 
 def cells(uniforms: np.ndarray) -> np.ndarray:
     """Numbers (K,) of the cells that ``uniforms`` (K, 2) in [0, 1] lie in."""

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator, Sequence
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..direct.direct_light import DirectLight
 from ..discs import TangentDiscs
-from ..estimator.visible_area import SPARSE, VisibleDiscs, visible_discs
+from ..estimator.visible_area import SPARSE, VisibleDiscs, placing
 from ..lights.light import Light
 from ..photons.photon_light import PhotonSearch
 from ..rays import RayCaster
@@ -100,8 +99,7 @@ class RecordLight:
 
     def _placed(self, discs: TangentDiscs, every: int) -> Generator[None, None, VisibleDiscs]:
         parts = []
-        place = partial(visible_discs, self._caster) if self._crew is None else self._crew.visible_discs
-        for part in place(discs, every=every):
+        for part in placing(self._caster, self._crew)(discs, every=every):
             parts.append(part)
             yield
         return VisibleDiscs.joined(parts)

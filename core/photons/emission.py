@@ -1,19 +1,20 @@
-"""All lights of a scene as one source: particles are shared out by power, or where a guide has learnt to aim."""
+"""All lights of a scene as one source: particles are shared out by power and by what places see of each light."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..bounds import Bounds
 from ..errors import NoLightError
 from ..lights.emissive import EmissiveTriangles
-from ..lights.light import Light, Particles, is_world
+from ..lights.light import EMISSION_DIMENSIONS, Light, Particles, is_world
 from ..scene import Scene
 from ..sides import any_side
 from .distant_light import Beside, Through
-from .emission_guide import Draws, EmissionGuide
+
+_BELOW_ONE = np.nextafter(1.0, 0.0)
 
 
 def lights_of(scene: Scene) -> list[Light]:
@@ -27,12 +28,26 @@ def lights_of(scene: Scene) -> list[Light]:
     ]
 
 
+@dataclass(frozen=True)
+class Draws:
+    """What decides on P particles before they leave their lights.
+
+    light     (P,) which light, ascending
+    uniforms  (P, EMISSION_DIMENSIONS) in [0, 1)
+    weight    (P,) the light's flux times this is what a particle stands for: 1 / (P times the light's share)
+    """
+
+    light: np.ndarray
+    uniforms: np.ndarray
+    weight: np.ndarray
+
+
 class Emission:
     """The lamps, the world and the emissive triangles of ``scene``; distant ones shoot at ``bounds``.
 
     Attribute ``flux`` (3,): radiant flux in W of all together; ``near`` (J,): whether each light that shines is a lamp
-    or shining triangles, and not the world; ``natural``: the guide that has learnt nothing, by power and, for a half
-    where it is known, by what is ``seen`` of each light (J,), see light_shares.py. What distant lights send through a
+    or shining triangles, and not the world; ``shares`` (J,) of the particles, by power and, for a half where it is
+    known, by what is ``seen`` of each light (J,), see light_shares.py. What distant lights send through a
     small ``box`` is apart from the rest, see distant_light.py. Raises NoLightError when nothing emits.
     """
 
@@ -57,10 +72,23 @@ class Emission:
         self.flux = fluxes[shining].sum(axis=0)
         self._lights = [lights[i] for i in shining]
         self.near = near[shining]
-        shares = power[shining] / power[shining].sum()
+        self.shares = power[shining] / power[shining].sum()
         if seen is not None and seen[shining].any():
-            shares = 0.5 * (shares + seen[shining] / seen[shining].sum())
-        self.natural = EmissionGuide.by_shares(shares)
+            self.shares = 0.5 * (self.shares + seen[shining] / seen[shining].sum())
+
+    def draws(self, particles: int, generator: np.random.Generator) -> Draws:
+        """Choose ``particles`` by systematic sampling, so that each light's count is exact to one.
+
+        Of each light the first of the uniform numbers is stratified and ascends: bright places gain, and tables are
+        looked up in order.
+        """
+        sums, offset = np.cumsum(self.shares), generator.random()
+        uniforms = generator.random((particles, EMISSION_DIMENSIONS))
+        light = np.searchsorted(sums[:-1], (np.arange(particles) + offset) / particles, side="right")
+        count = np.bincount(light, minlength=len(self.shares))
+        rank = np.arange(particles) - (np.cumsum(count) - count).take(light)
+        uniforms[:, 0] = np.minimum((rank + uniforms[:, 0]) / count.take(light), _BELOW_ONE)
+        return Draws(light, uniforms, (1.0 / (particles * self.shares)).take(light))
 
     def emit(self, draws: Draws) -> Particles:
         """The particles of ``draws``, one a row; they carry the whole flux together.

@@ -13,7 +13,6 @@ from ..parallel import ordered_map
 from ..random_streams import random_stream
 from ..segments import Segments
 from ..stages import Stopwatch
-from .emission_guide import EmissionGuide
 from .photon_journal import PhotonJournal
 from .tracing import PhotonTracer
 
@@ -34,7 +33,7 @@ class PhotonSearch:
     def __init__(self, kind: str, placed: VisibleDiscs, half: int | None = None, most: int | None = None):
         self.kind, self.placed, self.half, self._most = kind, placed, half, most
         self.gatherer: Gatherer | None = None
-        self.estimate = IrradianceEstimate.empty(placed.area.nested)
+        self.estimate = IrradianceEstimate.empty(placed.area.areas)
 
     def wanted(self, segments: Segments) -> Segments:
         """Those of ``segments`` that count; they carry the scene's full power together."""
@@ -61,10 +60,6 @@ class PhotonLight:
         self._tracer, self.searches, self._seed = tracer, searches, seed
         self._cut = np.zeros(3)
         self.particles = self.segments = self.crossings = 0
-
-    def aim(self, guide: EmissionGuide) -> None:
-        """Let ``guide`` aim the lights: before the first batch."""
-        self._tracer = self._tracer.guided(guide)
 
     @property
     def cut_flux(self) -> np.ndarray:

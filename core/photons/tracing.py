@@ -13,8 +13,7 @@ from ..scene import Scene
 from ..segments import Segments
 from ..sides import BySide
 from .bounces import EMISSION_LIFT, Bounces, Passing
-from .emission import Emission
-from .emission_guide import Draws, EmissionGuide
+from .emission import Draws, Emission
 from .specular import SpecularSurfaces
 
 
@@ -33,8 +32,8 @@ class PhotonTracer:
     ``direct`` tells whether the segments of direct light (bounce 0) are kept, which shadow rays can replace; ``seen``
     (J,) what places see of each light, see light_shares.py, and ``box`` where most of them are, see distant_light.py.
 
-    Attributes: ``emitted_flux`` (3,), the radiant flux in W of all lights together, and ``guide``, which aims them; at
-    first by power and by what is seen alone. Raises NoLightError when nothing emits.
+    Attribute ``emitted_flux`` (3,): the radiant flux in W of all lights together. Raises NoLightError when nothing
+    emits.
     """
 
     def __init__(
@@ -60,13 +59,6 @@ class PhotonTracer:
         margin = 2 * EMISSION_LIFT * float(caster.tolerance(np.stack([whole.lower, whole.upper])).max())
         self._emission = Emission(scene, bounds if direct else whole.expanded(margin), seen, box)
         self.emitted_flux = self._emission.flux
-        self.guide = self._emission.natural
-
-    def guided(self, guide: EmissionGuide) -> PhotonTracer:
-        """The same tracer, but with the lights aimed by ``guide``."""
-        tracer = copy(self)
-        tracer.guide = guide
-        return tracer
 
     def keeping_all(self) -> PhotonTracer:
         """The same tracer, of which the segments of direct light are kept in any case."""
@@ -87,6 +79,6 @@ class PhotonTracer:
 
         The particles are numbered from ``first`` on.
         """
-        draws = self.guide.draws(particles, generator)
+        draws = self._emission.draws(particles, generator)
         sent = self._emission.emit(draws)
         return TracedPhotons(*self._bounces.followed(sent, first, generator, self._emission.near[draws.light]), draws)

@@ -51,7 +51,7 @@ def assert_unbiased(scene, points, normals, radius, expected, **settings):
 
 
 @all_ways
-@pytest.mark.parametrize("albedo", [0.0, 0.5, 0.8])
+@pytest.mark.parametrize("albedo", [0.0, 0.8])
 def test_furnace_reads_one_in_the_middle_of_flat_faces(albedo, way):
     quads = box_quads((2, 2, 2))
     scene = scene_of(quads, albedo, (1 - albedo) / np.pi)
@@ -73,16 +73,15 @@ def test_furnace_with_a_bounce_limit_is_a_geometric_sum(way):
 
 
 @all_ways
-@pytest.mark.parametrize("size", [(1, 1, 1), (4, 3, 2)])
-def test_energy_balance_of_a_closed_room_with_a_lamp(size, way):
-    albedo, flux = 0.6, np.array((10.0, 20.0, 5.0))
+def test_energy_balance_of_a_closed_room_with_a_lamp(way):
+    size, albedo, flux = (4, 3, 2), 0.6, np.array((10.0, 20.0, 5.0))
     quads = box_quads(size)
     scene = scene_of(quads, albedo, lights=(PointLight((0.3, 0.4, 0.6), flux),))
     area = 2 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0])
-    points, normals = stratified(quads, 24)
+    points, normals = stratified(quads, 16)
     # No disc touches a wall: each lies within its own cell.
     result = baked_with(scene, points, normals, 0.02, **way)
-    weights = np.repeat([np.linalg.norm(np.cross(q[1] - q[0], q[3] - q[0])) for q in quads], 24**2)
+    weights = np.repeat([np.linalg.norm(np.cross(q[1] - q[0], q[3] - q[0])) for q in quads], 16**2)
     mean = np.average(result.irradiance, axis=0, weights=weights)
     # The discs see most of the walls, so the mean's own noise is about 1/sqrt(particles), 0.2 %.
     assert mean == pytest.approx(flux / (area * (1 - albedo)), rel=0.01)
@@ -118,9 +117,9 @@ def test_two_parallel_plates():
     expected = np.tile([rho2 * on_upper, on_upper], 400)[:, None]
     off = []
     for seed in range(8):
-        settings = BakeSettings("final", PHOTONS // 4, 0.5, direct="photons", seed=seed)
+        settings = BakeSettings("final", PHOTONS // 4, 0.5, direct="photons", indirect="photons", seed=seed)
         off.append((baked(scene, Points(points, normals), settings).irradiance / expected - 1).mean())
-    # The lights aim at the small part with points, which therefore share particles: only bakes are independent.
+    # Points share particles: only bakes are independent.
     assert np.std(off) < 0.05
     assert stats.ttest_1samp(off, 0).pvalue > 0.001
 
@@ -215,7 +214,7 @@ def test_the_number_of_threads_changes_nothing(monkeypatch, gatherer):
     quads = box_quads((1, 1, 1))
     scene = scene_of(quads, (0.5, 0.6, 0.7), 1.0)
     points, normals = face_points(quads, 3)
-    settings = BakeSettings(photons=150_000, radius=0.1, gatherer=gatherer)
+    settings = BakeSettings(photons=70_000, radius=0.1, gatherer=gatherer)
     totals = []
     for workers in (1, 2, 5):
         monkeypatch.setattr(parallel, "worker_count", lambda workers=workers: workers)

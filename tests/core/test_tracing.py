@@ -1,7 +1,12 @@
 """Photon tracing: what is kept of the particles' paths."""
 
+from dataclasses import replace
+
 import numpy as np
+import pytest
+from detp.core.bounds import Bounds
 from detp.core.lights.point import PointLight
+from detp.core.photons.emission import Emission
 from detp.core.photons.tracing import PhotonTracer
 from detp.core.rays import RayCaster
 from detp.core.scene import Scene
@@ -31,3 +36,15 @@ def test_without_direct_light_the_same_paths_are_followed_and_their_first_pieces
     for name in ("origins", "ends", "flux", "bounce"):
         assert np.array_equal(getattr(whole.segments, name)[rows], getattr(indirect.segments, name))
     assert np.array_equal(whole.cut_flux, indirect.cut_flux)
+
+
+def test_lights_get_their_share_of_the_particles_exact_to_one_and_stratified():
+    lamps = tuple(PointLight((0.3, 0.3, 0.2), (power, 0.0, 0.0)) for power in (1.0, 7.0, 0.0, 2.0))
+    emission = Emission(replace(clear_cell(), lights=lamps), Bounds((0, 0, 0), (3, 3, 3)), seen=np.array([1, 0, 0, 0]))
+    assert emission.shares == pytest.approx([0.55, 0.35, 0.1])
+    draws = emission.draws(1001, np.random.default_rng(4))
+    count = np.bincount(draws.light)
+    assert (np.diff(draws.light) >= 0).all() and np.abs(count - 1001 * emission.shares).max() <= 1
+    assert draws.weight == pytest.approx(1 / (1001 * emission.shares[draws.light]))
+    for light, first in enumerate(np.split(draws.uniforms[:, 0], np.cumsum(count)[:-1])):
+        assert np.array_equal(np.floor(first * count[light]), np.arange(count[light]))

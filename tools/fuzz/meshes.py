@@ -8,6 +8,9 @@ import bpy
 import numpy as np
 from fuzz.chance import REFUSALS, Chance, put
 
+#: of a box whose corners come by x, then y, then z
+BOX_FACES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+
 
 def broken_mesh(chance: Chance, attribute: str) -> bpy.types.Mesh:
     """A mesh of one of SHAPES with layers, normals and coordinates that may be broken."""
@@ -37,7 +40,7 @@ def spoilt(chance: Chance, vertices: np.ndarray) -> np.ndarray:
 
 def _cube(chance: Chance):
     vertices = [(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
-    return vertices, [], [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    return vertices, [], BOX_FACES
 
 
 def _room(chance: Chance):

@@ -8,6 +8,7 @@ import bpy
 import numpy as np
 from fuzz.chance import Chance, put
 from fuzz.lights import odd_light
+from fuzz.meshes import BOX_FACES
 from fuzz.node_graphs import COMMON, emptied_tree, random_graph
 
 #: Nodes that a graph ends in, and those that single nodes are made of.
@@ -179,7 +180,7 @@ def _quad(half: float) -> bpy.types.Mesh:
 
 def _box(half: float) -> bpy.types.Mesh:
     corners = [(x, y, z) for x in (-half, half) for y in (-half, half) for z in (-half / 2, half / 2)]
-    return _mesh(corners, [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)])
+    return _mesh(corners, BOX_FACES)
 
 
 def _ball(radius: float) -> bpy.types.Mesh:

@@ -332,9 +332,9 @@ class _Update:
         if self._fit is not None:
             seen = self._fit.seen(light, np.where(hidden, 0.0, stood["open"]), lights[2])
         seconds = self._stopwatch.seconds
-        found = replace(
-            base.result, direct=lights[0], indirect=lights[1], seen=seen, hidden=hidden, **stood, seconds=seconds
-        )
+        doubtful = np.where(self._same >= 0, base.result.doubtful.take(self._same), seen.doubtful)
+        light = {"direct": lights[0], "indirect": lights[1], "seen": seen, "doubtful": doubtful}
+        found = replace(base.result, **light, hidden=hidden, **stood, seconds=seconds)
         return self._in_scale(found)
 
     def _in_scale(self, found: BakeResult) -> BakeResult:

@@ -81,7 +81,9 @@ class Bends:
 
     def added(self, each: np.ndarray, count: int) -> np.ndarray:
         """Sums (count,) of what is given for ``each`` (H, 4) of the values."""
-        return np.bincount(self.values.ravel(), each.ravel(), count)
+        return np.bincount(self.values.ravel(), each.ravel(), count).astype(
+            float
+        )  # of none, NumPy counts whole numbers
 
     def smoothed(self, squares: np.ndarray, count: int, rings: int) -> np.ndarray:
         """Means (H,) of the bends' ``squares`` (H,) over so many ``rings`` around each."""

@@ -64,6 +64,9 @@ AGAIN = 0.75
 #: Bends are looked at in so many rings of triangles.
 RINGS = 3
 
+#: Values below this share of the usual light are none: what the solution leaves of its start where all is dark.
+ROUNDING = 1e-9
+
 #: Random noises that tell how errors of places become errors of values.
 NOISES = 4
 
@@ -145,6 +148,7 @@ class VertexFit:
                 bend = self._bent(level, self._spread(equations, weights, errors), usual)
                 held = self._held(level, usual)
             weights = area * _weights(np.abs(self.shown(value)).sum(axis=1), found, errors.sum(axis=1), usual)
+        value[np.abs(value) < ROUNDING * usual] = 0.0
         spread = np.sqrt((self._spread(equations, weights, errors) ** 2).mean(axis=1))
         channels = self._sums(weights[:, None] * errors)
         spread = spread[:, None] * channels / np.maximum(channels.sum(axis=1, keepdims=True), 1e-300)
@@ -256,8 +260,8 @@ class VertexFit:
         products = weights[:, None] * places.weights * np.roll(places.weights, -1, axis=1)
         pulled = [np.bincount(places.triangle, product, len(shown)) for product in products.T]
         seams = seams / (level.take(self._beside).sum(axis=1) + USUAL * usual) ** 2
-        own = np.bincount(self._beside.ravel(), np.repeat(seams, 2), self.count) + bends.squares(smooth, self.count)
-        own += np.bincount(self._values.ravel(), (weights[:, None] * places.weights**2).ravel(), self.count)
+        own = bends.squares(smooth, self.count) + np.bincount(self._beside.ravel(), np.repeat(seams, 2), self.count)
+        own = own + np.bincount(self._values.ravel(), (weights[:, None] * places.weights**2).ravel(), self.count)
         return self._neighbours.matrix(own, np.concatenate([*pulled, -seams, bends.products(smooth)]))
 
     def _least(self, at_places: np.ndarray, counts: np.ndarray) -> np.ndarray:

@@ -92,6 +92,16 @@ def test_an_edge_of_light_beyond_noise_stays_while_noise_is_taken_away():
     assert np.sqrt(np.mean(off**2)) < 0.03
 
 
+def test_what_is_dark_beside_light_is_black():
+    faces, _ = plane(6)
+    apart = ShownFaces(np.arange(len(faces.values) * 3).reshape(-1, 3), faces.corners, faces.normals, faces.values.size)
+    left = faces.corners[..., 0].mean(axis=1) < 0.5
+    places = apart.drawn(0)
+    light = np.where(left[places.triangle], 0.0, 3.0)[:, None] * np.ones(3)
+    shown = VertexFit(apart, places).fitted(Irradiance(light, 0.1 * light), np.ones(len(light))).light.value
+    assert (shown.reshape(-1, 9)[left] == 0.0).all() and shown.reshape(-1, 9)[~left] == pytest.approx(3.0, rel=1e-3)
+
+
 def test_noise_is_taken_away_where_light_runs_steeply():
     faces, positions = plane(20)
     steep = lambda at: 0.2 + 4.0 * at[:, 0]  # noqa: E731

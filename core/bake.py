@@ -272,7 +272,7 @@ class Baking:
     def _found(self) -> tuple[BakeResult, Irradiance, Irradiance]:
         """What has been found, and of it what more rays, and what more photons would mend."""
         direct, indirect = self._by_rays + self._part("direct"), self._part("indirect") + self._part("caustic")
-        at_points = sum((s.estimate.irradiance for s in self.searches), Irradiance.dark(len(self._points)))
+        at_points = sum((s.estimate.noise for s in self.searches), Irradiance.dark(len(self._points)))
         mended = self._by_rays, at_points
         if self.gathers:
             reflected, spread = self.rays.reflected, self.rays.reflected_spread(self.records.common_error)

@@ -30,8 +30,8 @@ INDIRECT_ALLOWANCE = 2.0
 #: Radius of the pilot's discs, a share of the scene's, or of its part where most points are.
 PILOT_SHARE = 0.05
 
-#: The automatic radius stays within these shares of the scene's radius: below, rounding would show; above, discs would
-#: blur.
+#: The automatic radius stays within these shares of the scene's radius: below, rounding would show; above, the smallest
+#: of the nested discs would blur.
 SMALLEST_SHARE = 1e-5
 LARGEST_SHARE = 0.1
 

@@ -10,7 +10,8 @@ from .errors import InvalidSettingError
 #: quality -> error that it aims at: half of the lit points are to be off by less
 QUALITIES = {"draft": 0.08, "preview": 0.04, "final": 0.02}
 
-#: Share of an error that is left to noise; the rest, in squares, is for the blur of discs.
+#: Share of an error that is left to noise and to the blur that a bake can measure; the rest, in squares, is for blur
+#: that noise hides.
 NOISE_SHARE = 0.85
 
 #: Particles with which an error of REFERENCE_ERROR is aimed at, and how their number grows as the error shrinks. Noise

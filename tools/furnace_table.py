@@ -7,8 +7,9 @@ the estimator is tested, once for each domain, estimator and radius. The colours
 vertices averaged over their faces; elements that were filled from their neighbours are counted and left out.
 
 The photons' noise hides small errors, so the visible estimator is measured a second time without: from random places
-of each outline rays are cast back along the directions that light comes from, and it is counted how many meet a shining
-surface. That is what the estimate converges to. And the corners are baked once more with so many photons
+of each outline, and of what it leaves of each nested disc, rays are cast back along the directions that light comes
+from, and it is counted how many meet a shining surface. That is what the estimate converges to, however finely the disc
+is used: the nested disc counts that is farthest from one. And the corners are baked once more with so many photons
 that what is hidden behind three standard errors becomes small.
 """
 
@@ -24,6 +25,7 @@ import numpy as np
 from detp.core.bake import bake
 from detp.core.discs import TangentDiscs
 from detp.core.estimator.enclosure import unlit
+from detp.core.estimator.rings import RINGS
 from detp.core.estimator.visible_area import DIRECTIONS, VisibleDiscs, visible_discs
 from detp.core.rays import RayCaster
 from detp.core.result import BakeResult
@@ -105,10 +107,11 @@ def heading(arguments: argparse.Namespace) -> list[str]:
         "Closed rooms in which all surfaces shine alike, about 2 m across (tools/enclosures.py): every vertex and",
         f"every corner must read 1. *Wrong* is the share that is off by more than {percent(ALLOWED, 0)} after three",
         "standard errors of noise: what the bake reports, but no less than is usual for discs of such an area.",
-        "Noise alone puts up to 0.3 % of them there, more where few particles cross a disc.",
-        f"*Limit* is the visible estimator without noise, from {LIMIT_RAYS} rays back from the disc.",
-        "*Filled* are elements that look into something solid or that something covers, and that take their colours",
-        "from their neighbours. The automatic radius is marked with *.",
+        "Noise alone puts up to 0.3 % of them there, more where few particles cross a disc. Now and then",
+        "the inner part of a disc is taken for brighter by chance: such a point has more noise, and reports it.",
+        f"*Limit* is the visible estimator without noise, from {LIMIT_RAYS} rays back from the nested disc",
+        "that is farthest off. *Filled* are elements that look into something solid or that something covers, and",
+        "that take their colours from their neighbours. The automatic radius is marked with *.",
         "",
         f"{os.cpu_count()} cores, {platform.machine()}.",
         "",
@@ -179,7 +182,7 @@ def errors(visible: BakeResult, areas: np.ndarray, whole: float | None = None) -
     this radius.
 
     Counted crossings follow the area, so the typical error tells that of a disc that hardly any particle crosses, whose
-    own estimate of it is worth nothing.
+    own estimate of it is worth nothing. Where only the middle of a disc is used, its own error is larger than that.
     """
     typical = np.median(visible.standard_error[:, 0] * np.sqrt(areas))
     if whole is not None:
@@ -214,10 +217,17 @@ def placed_discs(enclosure: Furnace, radius: float) -> VisibleDiscs:
 
 
 def limit(enclosure: Furnace, placed: VisibleDiscs, rays: int, generator: np.random.Generator) -> np.ndarray:
-    """What (N,) the visible estimator converges to: the share of ``rays`` back from random places of each outline that
-    meet light.
+    """What (N,) the visible estimator converges to, by ``rays`` back from random places of each nested disc: of the
+    discs the one that is farthest from one.
     """
-    caster, discs, reach = RayCaster(enclosure.scene.corners), placed.discs, placed.area.reach
+    caster, wide = RayCaster(enclosure.scene.corners), placed.discs.radii[:, None]
+    reaches = [np.minimum(placed.area.reach, wide * 0.5**ring) for ring in range(RINGS)]
+    found = np.stack([lit_share(enclosure, caster, placed.discs, reach, rays, generator) for reach in reaches])
+    return np.take_along_axis(found, np.abs(found - 1).argmax(axis=0)[None], axis=0)[0]
+
+
+def lit_share(enclosure, caster: RayCaster, discs: TangentDiscs, reach: np.ndarray, rays: int, generator) -> np.ndarray:
+    """The share (N,) of ``rays`` back from random places of the discs' outlines ``reach`` (N, D) that meet light."""
     rows = np.arange(len(discs))
     angle = (np.arange(DIRECTIONS) * (2 * np.pi / DIRECTIONS))[:, None]
     first, second = (axis[:, None] for axis in frames(discs.normals))

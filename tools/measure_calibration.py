@@ -25,9 +25,11 @@ QUALITIES = ("draft", "preview", "final")
 HEADING = """# Can the standard error be trusted?
 
 Each row repeats a bake with many seeds and counts how often E ± 1.96 standard errors holds the value that E tends to.
-It should be 95 % of the points. There are two such values. *Mean*: that of the other seeds, what bakes with so many
-photons give on average, blur included. *Limit*: one bake with {limit} photons and the same radius. The error of either
-value is added.
+It should be 95 % of the points. There are two such values, since discs are used the more finely the more photons there
+are ([method.md](method.md), *Nested discs*). *Mean*: that of the other seeds, what bakes with so many photons give on
+average, blur included. *Limit*: one bake with {limit} photons and the same radius, where hardly any blur is left;
+intervals hold it as often as they should only if they count the blur that is still to go. The error of either value is
+added.
 
 *Below* and *above* are estimates whose interval misses the mean because they are too low and too high; *variance* is
 the reported over the true one, the median over the points; *crossings* is the squared signal to noise of the median

@@ -11,21 +11,28 @@ from ..discs import TangentDiscs
 from ..errors import InvalidArrayError
 from ..gatherers.gatherer import Crossings
 from ..irradiance import Irradiance
+from ..parallel import ordered_map, slices
 from ..segments import Segments
 from .crossing_sums import CrossingSums
+from .nested_discs import nested_estimate
+from .repeated_crossings import RepeatedCrossings
 from .visible_area import VisibleArea
+
+#: Points that are worked out together, so that their arrays stay in the processor's cache.
+POINTS_PER_CHUNK = 1 << 12
 
 
 @dataclass(frozen=True)
 class IrradianceEstimate:
     """Irradiance at N points as sums over independent particles, so that two estimates of the same points merge.
 
-    A particle alone, scaled to the scene's full power, would send X through a point's disc; then
+    A particle alone, scaled to the scene's full power, would send X through a ring of a point's disc; then
 
-    total     (N, 3) sum of X over the particles, W, RGB
-    squares   (N, 3) sum of its crossings' squares, W^2
+    total     (N, K, 3) sum of X over the particles, W, RGB, by the rings of rings.py
+    squares   (N, K, 3) sum of its crossings' squares, W^2
+    repeated  (N, 3) what the squares of the sums are more than that, since particles come again, W^2
     single    (N, 3) square that one crossing more would likely bring, W^2
-    areas     (N,) m^2 of the discs
+    areas     (N, K) m^2 of the nested discs
     samples   how many particles there are
     common    the sum over particles of what each alone would give all points' mean, W/m^2, RGB sum, and of its square:
               what is wrong with all of them at once, which no single point tells
@@ -33,6 +40,7 @@ class IrradianceEstimate:
 
     total: np.ndarray
     squares: np.ndarray
+    repeated: np.ndarray
     single: np.ndarray
     areas: np.ndarray
     samples: int
@@ -40,8 +48,9 @@ class IrradianceEstimate:
 
     @classmethod
     def empty(cls, areas: np.ndarray) -> IrradianceEstimate:
-        """The estimate before the first particle, of discs of these ``areas`` (N,) m^2."""
-        return cls(*np.zeros((3, len(areas), 3)), areas, 0)
+        """The estimate before the first particle, of discs whose nested ``areas`` (N, K) m^2 are given."""
+        rings, whole = (*areas.shape, 3), (len(areas), 3)
+        return cls(np.zeros(rings), np.zeros(rings), np.zeros(whole), np.zeros(whole), areas, 0)
 
     @property
     def common_error(self) -> float:
@@ -53,22 +62,43 @@ class IrradianceEstimate:
 
     @cached_property
     def irradiance(self) -> Irradiance:
-        """The irradiance and its standard error.
+        """The irradiance by :mod:`.nested_discs`, and its standard error.
 
         The flux of the segments that cross a disc over its area [study, DETP] is the mean of X over A, and has the
-        variance (mean (X/A)^2 - (mean X/A)^2) / (n - 1). A particle that crosses a disc again counts as another one:
-        that hardly tells on discs of up to a tenth of a bright closed room. The standard error counts one crossing more
-        than there were: where few crossed, and least of all where none did, the crossings alone do not tell how many it
-        might have been (as Agresti and Coull 1998 do for proportions). From few particles it is widened as Student's t
-        asks, so that twice of it holds 95 % at any number.
+        variance (mean (X/A)^2 - (mean X/A)^2) / (n - 1). The standard error counts one crossing more than there were:
+        where few crossed, and least of all where none did, the crossings alone do not tell how many it might have been
+        (as Agresti and Coull 1998 do for proportions). From few particles it is widened as Student's t asks, so that
+        twice of it holds 95 % at any number. The blur that is known to be left counts in it.
         """
-        samples, areas = max(self.samples, 1), self.areas[:, None]
-        value = self.total / (samples * areas)
+        value, noise, blur = self._found
+        return Irradiance(value, np.hypot(noise, blur))
+
+    @property
+    def noise(self) -> Irradiance:
+        """The same without the blur in the standard error: what goes as one over the root of the particles."""
+        value, noise, _ = self._found
+        return Irradiance(value, noise)
+
+    @cached_property
+    def _found(self) -> np.ndarray:
+        """Irradiance, noise and blur, (3, N, 3) W/m^2."""
+        count = len(self.total)
+        found = np.empty((3, count, 3))
+        chunks = slices(count, POINTS_PER_CHUNK)
+        for rows, some in zip(chunks, ordered_map(self._estimated, chunks), strict=True):
+            found[:, rows] = some
+        return found
+
+    def _estimated(self, rows: slice) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        samples, areas = max(self.samples, 1), self.areas[rows]
+        flux, squares, once_more = (part[rows] / samples for part in (self.total, self.squares, self.single))
+        value, moment, blur = nested_estimate(flux, squares, once_more, areas, samples)
         if samples < 2:
-            return Irradiance(value, np.full(value.shape, np.inf))
-        moment = (self.squares + self.single) / (samples * areas**2)
+            return value, np.full(value.shape, np.inf), np.zeros(value.shape)
+        # Particles that come again do so anywhere on the disc: their products hardly differ from ring to ring.
+        moment += self.repeated[rows] / (samples * areas[:, :1] ** 2)
         variance = np.maximum(moment - value**2, 0.0) / (samples - 1)
-        return Irradiance(value, _student(samples - 1) * np.sqrt(variance))
+        return value, _student(samples - 1) * np.sqrt(variance), np.sqrt(blur)
 
     def merged(self, other: IrradianceEstimate) -> IrradianceEstimate:
         """This estimate together with an independent one of the same points.
@@ -79,13 +109,13 @@ class IrradianceEstimate:
             raise InvalidArrayError("Only estimates of the same points can be merged.")
         samples = self.samples + other.samples
         single = (self.single * self.samples + other.single * other.samples) / max(samples, 1)
-        sums = (getattr(self, name) + getattr(other, name) for name in ("total", "squares"))
+        sums = (getattr(self, name) + getattr(other, name) for name in ("total", "squares", "repeated"))
         common = tuple(np.add(self.common, other.common))
         return IrradianceEstimate(*sums, single, self.areas, samples, common)
 
     def taken(self, rows: np.ndarray) -> IrradianceEstimate:
         """That of some ``rows`` of points alone."""
-        sums = (getattr(self, name)[rows] for name in ("total", "squares", "single", "areas"))
+        sums = (getattr(self, name)[rows] for name in ("total", "squares", "repeated", "single", "areas"))
         return IrradianceEstimate(*sums, self.samples, self.common)
 
     def exchanged(self, gone: IrradianceEstimate, come: IrradianceEstimate) -> IrradianceEstimate:
@@ -94,12 +124,13 @@ class IrradianceEstimate:
         Both count the same ``samples`` as this one.
         """
         sums = [getattr(self, name) - getattr(gone, name) + getattr(come, name) for name in ("total", "squares")]
+        repeated = self.repeated - gone.repeated + come.repeated
         common = tuple(np.add(np.subtract(self.common, gone.common), come.common))
         # Differences of what is equal leave rounding, which must not become light or negative squares.
         rounding = _ROUNDING * (self.squares + come.squares)
         sums[1] = np.where(sums[1] > rounding, sums[1], 0.0)
         sums[0] = np.where(sums[1] > 0.0, sums[0], 0.0)
-        return IrradianceEstimate(*sums, self.single, self.areas, self.samples, common)
+        return IrradianceEstimate(*sums, repeated, self.single, self.areas, self.samples, common)
 
 
 #: Of sums, the share that differences of them may be off by.
@@ -128,7 +159,8 @@ class Accumulator:
         self._segments = segments
         self._sums = CrossingSums(discs, segments, visible)
         self._particles = particles
-        self._areas = visible.areas
+        self._repeated = RepeatedCrossings(len(discs), segments)
+        self._areas = visible.nested
         self._first = int(segments.particle.min()) if segments.particle is not None and len(segments) else 0
         self._alone = np.zeros(0)
 
@@ -136,6 +168,7 @@ class Accumulator:
         """Count these crossings in; each pair must come once."""
         if len(crossings):
             kept = self._sums.add(crossings)
+            self._repeated.add(crossings, kept)
             if self._segments.particle is not None:
                 self._add_alone(crossings.taken(kept))
 
@@ -145,7 +178,7 @@ class Accumulator:
             return
         particle = self._segments.particle.take(crossings.segment).astype(np.int64) - self._first
         flux = self._segments.flux.sum(axis=1).take(crossings.segment)
-        alone = np.bincount(particle, flux / self._areas.take(crossings.disc), len(self._alone))
+        alone = np.bincount(particle, flux / self._areas[:, 0].take(crossings.disc), len(self._alone))
         alone[: len(self._alone)] += self._alone
         self._alone = alone
 
@@ -153,8 +186,11 @@ class Accumulator:
         """What has been added up so far."""
         # The segments carry the scene's full power together: a particle alone would, times their number.
         particles = self._particles
-        squares = (part * particles**2 for part in (self._sums.squares, self._single()))
-        return IrradianceEstimate(self._sums.total * particles, *squares, self._areas, particles, self._common())
+        squares = (self._sums.squares, self._repeated.products(), self._single())
+        return IrradianceEstimate(
+            self._sums.total * particles, *(part * particles**2 for part in squares), self._areas, particles,
+            self._common(),
+        )  # fmt: skip
 
     def _common(self) -> tuple[float, float]:
         alone = self._alone * (self._particles / max(len(self._areas), 1))
@@ -166,7 +202,7 @@ class Accumulator:
         Aimed lights send particles of unlike flux to unlike places, so that all segments' mean says little of a disc.
         As many equal crossings as would have the same sums count, (sum f)^2 / sum f^2.
         """
-        total, squares = self._sums.total, self._sums.squares
+        total, squares = self._sums.total.sum(axis=1), self._sums.squares.sum(axis=1)
         equal = np.divide(total**2, squares, out=np.zeros_like(squares), where=squares > 0)
         mean = (self._segments.flux**2).sum(axis=0) / max(len(self._segments), 1)
         everywhere = np.divide(squares.sum(axis=0), equal.sum(axis=0), out=mean, where=equal.any(axis=0))

@@ -2,7 +2,8 @@
 
 The plain estimator divides by the whole disc, of which a part may lie behind a wall: there it finds no light, or the
 light of the other side. Here short rays within the tangent plane measure how far each disc reaches in each direction;
-only crossings inside this outline count, and they are divided by its area.
+only crossings inside this outline count, and they are divided by its area. How much of the disc is used within the
+outline, the crossings decide (nested_discs.py).
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from ..parallel import ordered_map, slices
 from ..rays import RayCaster
 from ..sampling import frames
 from ..segments import Segments
+from .rings import OUTSIDE, nested_areas, offsets, outline_area, rings_of, whole_areas
 from .standpoints import LEAST_STEP, POINTS_PER_CHUNK, headroom, headroom_beside, moved
 
 if TYPE_CHECKING:
@@ -53,23 +55,40 @@ class VisibleArea:
     """Outlines of N discs, DIRECTIONS distances each, seen from their centres.
 
     reach    (N, DIRECTIONS) metres, at equal angles from the disc's first frame vector
-    areas    (N,) m^2 inside the outlines; of the whole discs where nothing stands in the way
+    nested   (N, K) m^2 inside the outline of each nested disc, see rings.py; whole where nothing stands in the way. Of
+             the plain estimator's discs K is 1
     partial  (N,) whether anything does
     hidden   (N,) whether so little is left that the point has no light of its own
     """
 
     reach: np.ndarray
-    areas: np.ndarray
+    nested: np.ndarray
     partial: np.ndarray
     hidden: np.ndarray
+
+    @property
+    def areas(self) -> np.ndarray:
+        """Area (N,) m^2 inside the whole outline."""
+        return self.nested[:, 0]
 
     def inside(self, discs: TangentDiscs, segments: Segments, crossings: Crossings) -> np.ndarray:
         """Which (C,) of the ``crossings`` lie inside the outlines."""
         doubtful = np.flatnonzero(self.partial[crossings.disc])
         some = crossings.taken(doubtful)
         keep = np.full(len(crossings), True)
-        keep[doubtful] = ~self._outside(discs.normals, some.disc, _offsets(discs, segments, some))
+        keep[doubtful] = ~self._outside(discs.normals, some.disc, offsets(discs, segments, some))
         return keep
+
+    def rings(self, discs: TangentDiscs, segments: Segments, crossings: Crossings) -> np.ndarray:
+        """The ring (C,) of its disc in which each of the ``crossings`` lies, OUTSIDE of its outline that number."""
+        if self.nested.shape[1] == 1:
+            return np.zeros(len(crossings), np.uint8)
+        offset = offsets(discs, segments, crossings)
+        ring = rings_of(offset, discs.radii[crossings.disc])
+        doubtful = np.flatnonzero(self.partial[crossings.disc])
+        outside = self._outside(discs.normals, crossings.disc[doubtful], offset[doubtful])
+        ring[doubtful[outside]] = OUTSIDE
+        return ring
 
     def _outside(self, normals: np.ndarray, disc: np.ndarray, offset: np.ndarray) -> np.ndarray:
         """Which places so far (P, 3) from the centres of discs ``disc`` (P,) lie outside of their outlines."""
@@ -138,11 +157,10 @@ def visible_discs(
         lifts, reach = _lifted(caster, *ways, np.minimum(least[rows], 0.5 * room), room, every)
         reach = _filled(reach, radii)
         partial = (reach < radii[:, None]).any(axis=1)
-        whole = np.pi * radii**2
-        areas = np.where(partial, outline_area(reach), whole)
-        hidden = areas < SMALLEST_SHARE * whole
+        nested, whole = nested_areas(reach, radii), whole_areas(radii)
+        hidden = nested[:, 0] < SMALLEST_SHARE * whole[:, 0]
         lifted = TangentDiscs(based[rows] + lifts[:, None] * up, normals, radii)
-        return VisibleDiscs(lifted, VisibleArea(reach, np.where(hidden, whole, areas), partial, hidden))
+        return VisibleDiscs(lifted, VisibleArea(reach, np.where(hidden[:, None], whole, nested), partial, hidden))
 
     yield from ordered_map(placed, slices(len(discs), POINTS_PER_CHUNK))
 
@@ -155,25 +173,8 @@ def placing(caster: RayCaster, crew: Crew | None = None) -> Callable[..., Iterat
 def whole_discs(discs: TangentDiscs) -> Iterator[VisibleDiscs]:
     """The ``discs`` (N) as they are, seen as a whole: the plain estimator."""
     nowhere = np.zeros(len(discs), bool)
-    area = VisibleArea(np.empty((len(discs), 0)), discs.areas, nowhere, nowhere)
+    area = VisibleArea(np.empty((len(discs), 0)), discs.areas[:, None], nowhere, nowhere)
     yield VisibleDiscs(discs, area)
-
-
-def outline_area(reach: np.ndarray) -> np.ndarray:
-    """Area (N,) of the polygon whose corners have the distances ``reach`` (N, D), at equal angles: of its triangles."""
-    return 0.5 * np.sin(2 * np.pi / reach.shape[1]) * (reach * np.roll(reach, -1, axis=1)).sum(axis=1)
-
-
-def _offsets(discs: TangentDiscs, segments: Segments, crossings: Crossings) -> np.ndarray:
-    """From the centres to where (C, 3) metres the segments cross their discs."""
-    normals, away = (rows.take(crossings.disc, axis=0) for rows in (discs.normals, discs.centres))
-    origins, along = (rows.take(crossings.segment, axis=0) for rows in (segments.origins, segments.ends))
-    along -= origins
-    away -= origins
-    time = np.einsum("ij,ij->i", away, normals) / np.einsum("ij,ij->i", along, normals)
-    along *= time[:, None]
-    along -= away
-    return along
 
 
 def _lifted(caster, centres, up, normals, radii, least, room, every) -> tuple[np.ndarray, np.ndarray]:

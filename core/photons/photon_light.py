@@ -33,7 +33,7 @@ class PhotonSearch:
     def __init__(self, kind: str, placed: VisibleDiscs, half: int | None = None, most: int | None = None):
         self.kind, self.placed, self.half, self._most = kind, placed, half, most
         self.gatherer: Gatherer | None = None
-        self.estimate = IrradianceEstimate.empty(placed.area.areas)
+        self.estimate = IrradianceEstimate.empty(placed.area.nested)
 
     def wanted(self, segments: Segments) -> Segments:
         """Those of ``segments`` that count; they carry the scene's full power together."""

@@ -142,7 +142,7 @@ class ChangedRecords:
             return np.zeros(0, np.int64), np.zeros((0, 3))
         samples = search.estimate.samples
         old, new = (self._gathered(search, part, samples) for part in (self._gone, self._come))
-        rows = np.flatnonzero((old.squares + new.squares).any(axis=1))
+        rows = np.flatnonzero((old.squares + new.squares).any(axis=(1, 2)))
         whole, gone, come = (estimate.taken(rows) for estimate in (search.estimate, old, new))
         return rows, whole.exchanged(gone, come).irradiance.value
 

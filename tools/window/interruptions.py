@@ -152,8 +152,8 @@ def try_an_error_of_the_program():
     operators = sys.modules[session().__name__.replace(".session", ".operators")]
     bake_scene = operators.bake_scene
 
-    def broken(*arguments):
-        for number, progress in enumerate(bake_scene(*arguments)):
+    def broken(*arguments, **kept):
+        for number, progress in enumerate(bake_scene(*arguments, **kept)):
             if number == 5:
                 raise ZeroDivisionError("made by this try")
             yield progress

@@ -50,8 +50,9 @@ MOST_ROUNDS = 512
 #: Photons of which none reached a point are enough to call the points dark.
 DARK_AFTER = 1 << 18
 
-#: Variance by rays over that by photons from which photons are of no use.
-STUCK = 20.0
+#: Variance by rays over that by photons from which photons are of no use; and photons are of none either where that of
+#: the records exceeds the rays' by as much and falls by less than this share of what it should.
+STUCK, STALE = 20.0, 0.2
 
 #: Once half of the points keep to the error that is aimed at, neighbourhoods in which more than such a share of the
 #: points are off by more than so many times that error are worked on, until they hold few of all points.
@@ -212,6 +213,8 @@ class Refinement:
         if rays is None and photons is not None and self._parts[0] > STUCK * self._parts[1]:
             return None  # the rays are used up, and more photons would not help
         step = max(filter(None, (rays, photons)), key=self._gain, default=None)
+        if step is not None and step.photons and self._stale():
+            return None  # records are off by where they lie, and more photons do not help
         step = None if step is None else self._in_time(step)
         if step is not None and step.photons and self._cells:
             self._due = max(min(self._rays.done // 2, MOST_ROUNDS_PER_STEP), 1)
@@ -240,6 +243,11 @@ class Refinement:
         if self._photons is None:
             return True
         return self._settings.photons is None and self._photons.particles >= DARK_AFTER
+
+    def _stale(self) -> bool:
+        """Whether records differ by as much as before, however many photons light them."""
+        rays, photons = self._parts
+        return self._cells > 0 and self._worth[1] < STALE and photons > STUCK * rays
 
     def _more_rays(self) -> Step | None:
         if self._rays is None or self._rays.exact or np.isnan(self._error):

@@ -2,15 +2,18 @@
 
 import numpy as np
 import pytest
+from detp.core.bake import baked
 from detp.core.direct.looks import Look
 from detp.core.direct.spots import Spots
 from detp.core.gather.cells import Cells, CellTable, facings
 from detp.core.gather.records import NEAR, Landings, Records
 from detp.core.gather.reflected_light import MOST_FOLLOWED, ReflectedLight
 from detp.core.photons.emission import lights_of
+from detp.core.points import Points
 from detp.core.rays import RayCaster
 from detp.core.sampling import cosine_hemisphere, frames
-from rooms import box_quads, scene_of
+from detp.core.settings import BakeSettings
+from rooms import box_quads, face_points, scene_of
 
 CELLS = Cells(np.full(3, -1.0), 0.01)
 
@@ -76,3 +79,15 @@ def test_rays_that_nothing_is_known_of_bring_every_reflection_once(bounces):
     error = found[:, :3].std(axis=0) / np.sqrt(count)
     assert np.array_equal(found[:, :3], found[:, 3:])
     assert (np.abs(found[:, :3].mean(axis=0) - expected) < 4.0 * error + 1e-9).all()
+
+
+def test_light_from_a_gap_above_a_lamp_is_not_blurred_into_the_room():
+    """Between a white lamp and the ceiling 1 cm above it light is two hundred times brighter than in the room."""
+    lamp = [[(0.75, 0.8, 1.99), (0.75, 1.2, 1.99), (1.25, 1.2, 1.99), (1.25, 0.8, 1.99)]]
+    room = box_quads((2, 2, 2))
+    scene = scene_of(np.concatenate([room, lamp]), 0.75, np.r_[np.zeros(6), 20.0])
+    points = Points(*face_points(np.delete(room, 1, axis=0), across=6))
+    gathered = [baked(scene, points, BakeSettings("preview", seed=seed)) for seed in range(2)]
+    found = np.mean([result.irradiance.sum(axis=1).mean() for result in gathered])
+    by_photons = BakeSettings(indirect="photons", photons=1 << 18, radius=0.2)
+    assert found == pytest.approx(baked(scene, points, by_photons).irradiance.sum(axis=1).mean(), rel=0.05)

@@ -178,6 +178,24 @@ def test_what_single_rays_light_later_does_not_keep_a_bake_from_ending():
     assert last.ending_error < last.relative_error
 
 
+def test_records_that_photons_do_not_mend_are_given_up():
+    """Two records of a cell, one of them in a gap that shines, differ whatever lights them."""
+    bake = Bake(BakeSettings(error=0.01))
+    refinement = Refinement(bake.settings, bake.direct, bake.photons, bake.stopwatch, bake.start, cells=100)
+    bake.direct.done, steps = FIRST_ROUNDS, 0
+    while steps < 100:
+        by_rays, by_photons = bake.light(0.05, bake.direct.done), bake.light(0.1, min(bake.photons.particles, 1))
+        light = by_rays + by_photons
+        refinement.observe(by_rays, by_photons, light, light.relative_error)
+        step = refinement.next()
+        if step is None:
+            break
+        bake.direct.done += step.rounds
+        bake.photons.particles += step.photons
+        steps += 1
+    assert steps < 100 and bake.photons.particles <= 16 * FIRST_PHOTONS
+
+
 def test_darkness_is_given_up():
     bake = Bake(BakeSettings(error=0.01), lit=False)
     bake.run()

@@ -245,9 +245,13 @@ class Refinement:
         return self._settings.photons is None and self._photons.particles >= DARK_AFTER
 
     def _stale(self) -> bool:
-        """Whether records differ by as much as before, however many photons light them."""
+        """Whether records differ by as much as before, however many photons light them.
+
+        An error that was asked for by its number has more patience: the next photons may tell otherwise.
+        """
         rays, photons = self._parts
-        return self._cells > 0 and self._worth[1] < STALE and photons > STUCK * rays
+        asked = self._settings.error is not None
+        return not asked and self._cells > 0 and self._worth[1] < STALE and photons > STUCK * rays
 
     def _more_rays(self) -> Step | None:
         if self._rays is None or self._rays.exact or np.isnan(self._error):

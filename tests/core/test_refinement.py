@@ -180,7 +180,7 @@ def test_what_single_rays_light_later_does_not_keep_a_bake_from_ending():
 
 def test_records_that_photons_do_not_mend_are_given_up():
     """Two records of a cell, one of them in a gap that shines, differ whatever lights them."""
-    bake = Bake(BakeSettings(error=0.01))
+    bake = Bake(BakeSettings("final"))
     refinement = Refinement(bake.settings, bake.direct, bake.photons, bake.stopwatch, bake.start, cells=100)
     bake.direct.done, steps = FIRST_ROUNDS, 0
     while steps < 100:

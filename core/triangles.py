@@ -1,4 +1,4 @@
-"""Geometry of triangles, safe for needles and tiny ones."""
+"""Geometry of triangles, safe for needles and tiny ones, and of their normals."""
 
 from __future__ import annotations
 
@@ -16,3 +16,9 @@ def normals_and_areas(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     flat = length == 0.0
     normals = np.where(flat[:, None], (0.0, 0.0, 1.0), cross / np.where(flat, 1.0, length)[:, None])
     return normals, 0.5 * length * scale[:, 0] ** 2
+
+
+def angles_between(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Angles (K,) in radians between unit vectors, each (K, 3); exact for small ones, where cosines are not."""
+    across = first - second
+    return 2.0 * np.arcsin(np.minimum(0.5 * np.sqrt(np.einsum("ij,ij->i", across, across)), 1.0))

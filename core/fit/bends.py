@@ -7,7 +7,7 @@ from itertools import combinations
 
 import numpy as np
 
-from ..triangles import normals_and_areas
+from ..triangles import angles_between, normals_and_areas
 from .shown_faces import ShownFaces
 
 #: Two triangles whose far corners lie farther off the ends of their edge, as a share of its length, are slivers beside
@@ -17,7 +17,7 @@ ASIDE = 0.5
 
 @dataclass(frozen=True)
 class Bends:
-    """H pairs of triangles that share the values of an edge, and no other triangle does.
+    """H pairs of triangles that share the values of an edge, and no other triangle does; ``count`` U values in all.
 
     values     (H, 4) those of the edge's ends, and of the far corner of either triangle
     weights    (H, 4) of these values in the bend: how far the line between the far corners, were both triangles in one
@@ -30,6 +30,7 @@ class Bends:
     weights: np.ndarray
     triangles: np.ndarray
     angles: np.ndarray
+    count: int
 
     @classmethod
     def of(cls, faces: ShownFaces) -> Bends:
@@ -56,8 +57,7 @@ class Bends:
         kept = np.flatnonzero(apart & (second > -ASIDE) & (second < 1.0 + ASIDE))
         triangles = triangles.T[kept]
         one, other = normals_and_areas(faces.corners)[0][triangles].swapaxes(0, 1)
-        angles = 2.0 * np.arcsin(np.minimum(0.5 * np.linalg.norm(one - other, axis=1), 1.0))
-        return cls(values[kept], weights[kept], triangles, angles)
+        return cls(values[kept], weights[kept], triangles, angles_between(one, other), faces.count)
 
     def __len__(self) -> int:
         return len(self.values)
@@ -71,23 +71,21 @@ class Bends:
         """Factors (6 H,) of :attr:`pairs` in the bends' squares that count ``held`` (H,) times."""
         return np.concatenate([held * self.weights[:, a] * self.weights[:, b] for a, b in combinations(range(4), 2)])
 
-    def squares(self, held: np.ndarray, count: int) -> np.ndarray:
-        """Factors of the squares of each of ``count`` values in these."""
-        return self.added(held[:, None] * self.weights**2, count)
+    def squares(self, held: np.ndarray) -> np.ndarray:
+        """Factors (U,) of the squares of each value in these."""
+        return self._added(held[:, None] * self.weights**2)
 
     def at(self, values: np.ndarray) -> np.ndarray:
         """The bends (H, ...) where the ``values`` are (U, ...)."""
         return np.einsum("hc,hc...->h...", self.weights, values.take(self.values, axis=0))
 
-    def added(self, each: np.ndarray, count: int) -> np.ndarray:
-        """Sums (count,) of what is given for ``each`` (H, 4) of the values."""
-        return np.bincount(self.values.ravel(), each.ravel(), count).astype(
-            float
-        )  # of none, NumPy counts whole numbers
-
-    def smoothed(self, squares: np.ndarray, count: int, rings: int) -> np.ndarray:
+    def smoothed(self, squares: np.ndarray, rings: int) -> np.ndarray:
         """Means (H,) of the bends' ``squares`` (H,) over so many ``rings`` around each."""
-        around = np.maximum(self.added(np.ones_like(self.weights), count), 1.0)
+        around = np.maximum(self._added(np.ones_like(self.weights)), 1.0)
         for _ in range(rings):
-            squares = (self.added(np.repeat(squares, 4), count) / around).take(self.values).mean(axis=1)
+            squares = (self._added(np.repeat(squares, 4)) / around).take(self.values).mean(axis=1)
         return squares
+
+    def _added(self, each: np.ndarray) -> np.ndarray:
+        """Sums (U,) of what is given for ``each`` (H, 4) of the values."""
+        return np.bincount(self.values.ravel(), each.ravel(), self.count)

@@ -218,7 +218,7 @@ class VertexFit:
         bends = self._bends
         mean = level.take(bends.values).mean(axis=1) + USUAL * usual
         beyond = (bends.at(level) ** 2 - (bends.at(spread) ** 2).mean(axis=1)) / mean**2
-        return np.sqrt(np.clip(bends.smoothed(beyond, self.count, RINGS), LEAST_BEND**2, BEND**2))
+        return np.sqrt(np.clip(bends.smoothed(beyond, RINGS), LEAST_BEND**2, BEND**2))
 
     def _smooth(self, noise: np.ndarray, bend: np.ndarray | float, level: np.ndarray, usual: float) -> np.ndarray:
         """How much (H,) bends count, where places have that relative ``noise`` (T,), of values of that ``level`` (U,)
@@ -260,7 +260,8 @@ class VertexFit:
         products = weights[:, None] * places.weights * np.roll(places.weights, -1, axis=1)
         pulled = [np.bincount(places.triangle, product, len(shown)) for product in products.T]
         seams = seams / (level.take(self._beside).sum(axis=1) + USUAL * usual) ** 2
-        own = bends.squares(smooth, self.count) + np.bincount(self._beside.ravel(), np.repeat(seams, 2), self.count)
+        # Sums over nothing are whole numbers, to which nothing can be added in place.
+        own = bends.squares(smooth) + np.bincount(self._beside.ravel(), np.repeat(seams, 2), self.count)
         own = own + np.bincount(self._values.ravel(), (weights[:, None] * places.weights**2).ravel(), self.count)
         return self._neighbours.matrix(own, np.concatenate([*pulled, -seams, bends.products(smooth)]))
 

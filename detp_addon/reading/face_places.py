@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...core.fit.shown_faces import FacePlaces, ShownFaces
-from ...core.triangles import normals_and_areas
+from ...core.triangles import angles_between, normals_and_areas
 from .estimation_points import CornerPoints
 from .joined_rows import numbered, starts_of
 from .nearest_surface import nearest_places
@@ -155,8 +155,7 @@ def _along_edges(
         firsts.append(order[same])
         seconds.append(order[same + step])
     first, second = (np.concatenate([np.zeros(0, np.int64), *each]) for each in (firsts, seconds))
-    across = normals[first] - normals[second]
-    angle = 2.0 * np.arcsin(np.minimum(0.5 * np.sqrt(dots(across, across)), 1.0))
+    angle = angles_between(normals[first], normals[second])
     alike = (angle < _ALIKE) & (owner[first] == owner[second])
     value = np.arange(len(place))
     # Points that face alike take the lowest number among them, passed on from one to the next.

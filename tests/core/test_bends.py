@@ -42,5 +42,5 @@ def test_factors_are_those_of_the_squares():
     faces, _ = two_triangles((0.2, 2.0, 0.0))
     bends, values = Bends.of(faces), np.array([1.0, -2.0, 3.0, 0.5])
     pairs, factors = bends.pairs, bends.products(np.array([2.0]))
-    squares = bends.squares(np.array([2.0]), 4) @ values**2 + 2.0 * factors @ values[pairs].prod(axis=1)
+    squares = bends.squares(np.array([2.0])) @ values**2 + 2.0 * factors @ values[pairs].prod(axis=1)
     assert squares == pytest.approx(2.0 * bends.at(values)[0] ** 2)

@@ -15,6 +15,7 @@ from ..photons.photon_light import PhotonSearch
 from ..rays import RayCaster
 from ..scene import Scene
 from ..settings import BakeSettings
+from ..stages import collected
 from .records import WIDTH, Records
 from .reflected_light import ReflectedLight
 
@@ -85,7 +86,7 @@ class RecordLight:
         """Shadow rays so far."""
         return 0 if self.shadow_rays is None else self.shadow_rays.rays
 
-    def place(self, kinds: Sequence[str]) -> Iterator[None]:
+    def place(self, kinds: Sequence[str]) -> Iterator[object]:
         """Place the records' discs and make the searches for ``kinds`` of photons, step by step."""
         placed = yield from self._placed(self.records.discs, SPARSE)
         # Where a wall or an edge is in the way, its outline is looked at closely.
@@ -97,12 +98,8 @@ class RecordLight:
         most = self._settings.bounces - 1
         self.searches = [PhotonSearch(kind, half, number, most) for kind in kinds for number, half in enumerate(halves)]
 
-    def _placed(self, discs: TangentDiscs, every: int) -> Generator[None, None, VisibleDiscs]:
-        parts = []
-        for part in placing(self._caster, self._crew)(discs, every=every):
-            parts.append(part)
-            yield
-        return VisibleDiscs.joined(parts)
+    def _placed(self, discs: TangentDiscs, every: int) -> Generator[object, None, VisibleDiscs]:
+        return VisibleDiscs.joined((yield from collected(placing(self._caster, self._crew)(discs, every=every))))
 
     @property
     def found(self) -> dict[str, np.ndarray]:

@@ -23,6 +23,7 @@ from ..rays import RayCaster
 from ..scene import Scene
 from ..segments import Segments
 from ..settings import BakeSettings
+from ..stages import collected
 from .changed_places import Sight
 from .differences import POINTS_PER_CHUNK, LightDifferences, Places
 from .patched_records import PatchedRecords
@@ -67,7 +68,7 @@ class ChangedRecords:
 
     def place(
         self, kept: Places, anew: Standpoints | None, facing: np.ndarray, settings: BakeSettings
-    ) -> Iterator[None]:
+    ) -> Iterator[object]:
         """Place records where those of the first bake no longer hold, and where points look that are found ``anew``,
         step by step.
 
@@ -93,7 +94,7 @@ class ChangedRecords:
         """Sides (K,) of the cells that rays which landed so look into, metres."""
         return self._work.records.records.finder.sides_of(landings.lengths)
 
-    def _seen_around(self, kept: Places, seed: int) -> Generator[None, None, Landings]:
+    def _seen_around(self, kept: Places, seed: int) -> Generator[object, None, Landings]:
         """Where rays from ``kept`` places land that go towards what changed."""
         some = kept.taken(slice(None, None, -(-len(kept) * max(len(self._changes.balls), 1) // SCOUTS) or 1))
         reflected = ReflectedLight(self._scene, self._caster, self._lights, self._work.records.records.finder, 1)
@@ -105,10 +106,7 @@ class ChangedRecords:
             )
             return reflected.landed(places.origins.take(rays.row, axis=0), rays.directions).landings
 
-        found = []
-        for part in ordered_map(seen, slices(len(some), POINTS_PER_CHUNK)):
-            found.append(part)
-            yield
+        found = yield from collected(ordered_map(seen, slices(len(some), POINTS_PER_CHUNK)))
         return Landings.joined(found) if found else Landings(*np.zeros((3, 0, 3)), np.zeros(0))
 
     def light(self, settings: BakeSettings) -> Iterator[None]:

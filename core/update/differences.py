@@ -26,6 +26,7 @@ from ..random_streams import random_stream
 from ..rays import Hits, RayCaster
 from ..sampling import cosine_hemisphere
 from ..scene import Scene
+from ..stages import collected
 from .changed_places import Balls, Rays, Sight
 
 #: Rays from each point by chance whose landings are kept, a power of two; and to lights.
@@ -111,7 +112,7 @@ class Views:
     @classmethod
     def of(
         cls, places: Places, reflected: ReflectedLight, records: RecordFinder, seed: int
-    ) -> Generator[None, None, Views]:
+    ) -> Generator[object, None, Views]:
         """From ``places`` among surfaces that send ``reflected`` light on, as ``records`` tell; step by step."""
 
         def seen(rows: slice) -> tuple[np.ndarray, ...]:
@@ -129,10 +130,7 @@ class Views:
             parts = directions, ways.weight.take(order, axis=0)
             return ray.astype(np.int32), cell.take(order).astype(np.int32), *(part.astype(np.float32) for part in parts)
 
-        found = []
-        for part in ordered_map(seen, slices(len(places), POINTS_PER_CHUNK)):
-            found.append(part)
-            yield
+        found = yield from collected(ordered_map(seen, slices(len(places), POINTS_PER_CHUNK)))
         ray, cell, directions, share = map(np.concatenate, zip(*found, strict=True))
         return cls(directions, ray, cell, share)
 

@@ -6,7 +6,7 @@ and a scene that is again what it was has its first light.
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -136,7 +136,7 @@ class _Base:
         """That a point casts which is found anew."""
         return self.work.common_rounds * self.work.rays.rays_per_round / len(self.points)
 
-    def look(self) -> Generator[None, None, None]:
+    def look(self) -> Iterator[object]:
         """Find out what the points see, step by step, unless that is known."""
         if self.views is None:
             records = self.work.records
@@ -277,7 +277,7 @@ class _Update:
 
     def _differences(
         self, records: ChangedRecords, kept: np.ndarray
-    ) -> Generator[None, None, tuple[Irradiance, Irradiance]]:
+    ) -> Generator[object, None, tuple[Irradiance, Irradiance]]:
         """By how much direct and indirect light differ at the ``kept`` points (N,)."""
         base = self._base
         differences = Differences(
@@ -303,10 +303,7 @@ class _Update:
                 light[:, some - rows.start] = [part for each in sums for part in (each.value, each.squared)]
             return light
 
-        parts = []
-        for part in ordered_map(found, slices(len(base.points), POINTS_PER_CHUNK)):
-            parts.append(part)
-            yield
+        parts = yield from collected(ordered_map(found, slices(len(base.points), POINTS_PER_CHUNK)))
         direct, direct_error, indirect, indirect_error = np.concatenate(parts, axis=1)[:, olds]
         return Irradiance(direct, np.sqrt(direct_error)), Irradiance(indirect, np.sqrt(indirect_error))
 

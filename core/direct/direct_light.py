@@ -90,8 +90,8 @@ class DirectLight:
         self._place[self._groups.order] = np.arange(len(points))
         self._exact = np.zeros((3, len(points)))
         self._by_lamps, self._by_surroundings, self._reflected = (LearntSums.of(self._groups) for _ in range(3))
-        # By how much the two halves of the records differ, RGB sum, and rounds of rays that tell.
-        self._spread = np.zeros((2, len(points)))
+        # By how much the two halves of the records are off from their mean, RGB sum.
+        self._spread = RoundSums.of(len(points), 1)
         self._followed: SceneLights | None = None
         self._learnt = False
         self._seen, self._guide = DirectionSums(len(self._groups.start) - 1), None
@@ -152,16 +152,18 @@ class DirectLight:
     def reflected_spread(self, common: float) -> Irradiance:
         """The same with the error that more photons, and more rays after them, would mend.
 
-        The halves of the records differ at a point by chance: points of a group, and groups, tell by how much. It is no
-        less than what all records have in ``common``, a relative standard error, of which two halves know little.
+        The records' halves differ at a point by chance: points of a group, and groups, tell by how much. What they
+        differ by since few rays look into few cells is taken out, as more rays mend that. It is no less than what all
+        records have in ``common``, a relative standard error, of which two halves know little.
         """
         light = self._relative_light()
         value = self._reflected.mean(light)
-        whole, known = np.abs(value + self._direct(light)).sum(axis=0), self._spread[1] > 0
-        mean = np.divide(self._spread[0], self._spread[1], out=np.zeros(len(whole)), where=known)
-        relative = np.minimum(np.divide(mean, whole, out=np.zeros(len(whole)), where=whole > 0) ** 2, 1.0)
-        usual = self._groups.means(relative)
-        usual += SHARED * (np.median(relative) / MEDIAN_OF_SQUARES - usual)
+        whole, known = np.abs(value + self._direct(light)).sum(axis=0), self._spread.count > 0
+        (differ,), (by_rays,) = self._spread.mean, self._spread.variance / np.maximum(self._spread.count, 1.0)
+        over = np.divide(1.0, whole, out=np.zeros(len(whole)), where=whole > 0)
+        squared, by_rays = np.minimum((differ * over) ** 2, 1.0), np.minimum(by_rays * over**2, 1.0)
+        usual = self._groups.means(squared - by_rays)
+        usual += SHARED * (np.median(squared) / MEDIAN_OF_SQUARES - np.median(by_rays) - usual)
         reflected = np.abs(value).sum(axis=0)
         part = np.divide(reflected, whole, out=np.zeros(len(whole)), where=whole > 0)
         usual = np.maximum(usual, (common * part) ** 2)
@@ -262,8 +264,8 @@ class DirectLight:
         """Of the groups in ``part``, views of what casting changes, and of what it only looks at."""
         rows = self._rows(part)
         phases = [(sums.after, sums.before) if self._learnt else (sums.before, sums.after) for sums in self._sums]
-        changed = [self._exact[:, rows], self._spread[:, rows], *(sums[:, part] for sums in self._seen.sums)]
-        for now, _ in phases:
+        changed = [self._exact[:, rows], *(sums[:, part] for sums in self._seen.sums)]
+        for now in (self._spread, *(now for now, _ in phases)):
             each = now.part(rows)
             changed += [each.count, each.weights, each.total, each.crossed, each.squares]
         fixed = [None if self._guide is None else self._guide.density[part], self._learnt]
@@ -358,7 +360,7 @@ class DirectLight:
         seen = [] if begin < LEARN_LAST else None
         generator = self._generator(begin, self._first + rows.start, 1)
         direct, reflected = (self._phase(sums).part(rows) for sums in self._sums[1:])
-        spread = self._spread[:, rows]
+        spread = self._spread.part(rows)
         aims = self._lights.aims(part, rows, spots, self._relative_light(rows=rows))
         self._lights.surroundings.cast(
             spots, rounds, guide, generator, direct, reflected, spread, seen, aims, nearby, part.start

@@ -46,9 +46,9 @@ class RoundSums:
     squares: np.ndarray
 
     @classmethod
-    def of(cls, points: int) -> RoundSums:
-        """No rounds yet."""
-        return cls(*np.zeros((2, points)), *np.zeros((3, 3, points)))
+    def of(cls, points: int, channels: int = 3) -> RoundSums:
+        """No rounds yet; of a single number a round, with one of the ``channels``."""
+        return cls(*np.zeros((2, points)), *np.zeros((3, channels, points)))
 
     def part(self, rows: slice) -> RoundSums:
         """The sums at some of the points, which grow with these."""
@@ -113,8 +113,6 @@ class RoundSums:
         usual = (alike * usual + (1.0 - alike) * groups.means(np.sqrt(relative)) ** 2) * square
         squared *= own
         squared += others * usual
-        # What is known from few samples may as well be more.
-        squared *= 1.0 + 2.0 / (own + others)
         squared /= (own + others) * np.maximum(self.count, 1)
         squared[:, self.samples < LEAST_SAMPLES] = np.inf
         return squared

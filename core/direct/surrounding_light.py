@@ -54,7 +54,7 @@ class SurroundingLight:
         generator: np.random.Generator,
         direct: RoundSums,
         reflected: RoundSums,
-        spread: np.ndarray,
+        spread: RoundSums,
         seen: list[Sightings] | None,
         aims: dict[int, TriangleChoice],
         nearby: NearbyLight | None,
@@ -62,7 +62,7 @@ class SurroundingLight:
     ) -> None:
         """Add to the sums of the K ``spots`` what ``rounds`` (K,) rounds of rays from each of them find.
 
-        ``spread`` (2, K) sums up by how much the reflected light of the records' halves differs, and the rounds. What
+        ``spread`` sums up by how much the reflected light of the records' halves is off from their mean, RGB sum. What
         was seen goes into the list ``seen``; the rest is as in :class:`.Look`.
         """
         for batch in batches(rounds):
@@ -79,6 +79,4 @@ class SurroundingLight:
             if sent is not None:
                 halves = net_means(sent, chances)
                 reflected.add(batch, 0.5 * (halves[:, :3] + halves[:, 3:]))
-                differ = 0.5 * batch.size * (halves[:, :3].sum(axis=1) - halves[:, 3:].sum(axis=1))
-                spread[0] += np.bincount(spot, differ, len(spots))
-                spread[1] += np.bincount(spot, minlength=len(spots)) * batch.size
+                spread.add(batch, 0.5 * (halves[:, :3] - halves[:, 3:]).sum(axis=1, keepdims=True))

@@ -114,6 +114,12 @@ def uniform_scene(extent: Extent) -> StudyScene:
     return StudyScene("uniform", 0, discs.centres, discs.normals, 1.0, lines, extent.segments)
 
 
+def scene_rows(scene: StudyScene, extent: Extent) -> list[dict]:
+    """:func:`frame_rows` for all sizes and shares."""
+    cases = [(size, share) for share in extent.shares for size in extent.sizes]
+    return [row for case in cases for row in frame_rows(scene, *case, extent)]
+
+
 def frame_rows(scene: StudyScene, size: float, share: float, extent: Extent) -> list[dict]:
     """One row for each way: an object of ``size`` scene radii with that ``share`` of all discs.
 
@@ -198,16 +204,30 @@ def predicted(name: str, moving: MovingObject, frames: list[Frame]) -> dict:
     return {"predicted": seconds}
 
 
-def crossover(rows: list[dict], column: str, one: str, other: str = "tree") -> dict[str, float | None]:
-    """r/R from which the discs that move are found by the ``other`` search with less of ``column`` than by ``one``.
-
-    By scene and share of discs; None: nowhere in ``rows``; the first r/R: everywhere.
+def figures(rows: list[dict]) -> dict:
+    """For study.json, by scene and share of the discs: the r/R from which the Sphere Cache, its outer spheres kept, no
+    longer finds the discs that move with less of "theory", "work" and "each" than a tree that is built for each frame
+    (None: nowhere in ``rows``; the least r/R: everywhere), and a frame's time with the hybrid over that with Disc
+    Indexing, for the smallest object and the largest.
     """
     result = {}
     for case in dict.fromkeys((row["scene"], row["on it"]) for row in rows):
-        here = [r for r in rows if (r["scene"], r["on it"]) == case and r["discs"] == "moving"]
-        found = {name: {r["r/R"]: r[column] for r in here if r["search"] == name} for name in (one, other)}
-        sizes = sorted(found[one])
-        ratios = [found[one][size] / found[other][size] for size in sizes]
-        result[f"{case[0]}, {case[1]:.0%}"] = sizes[0] if ratios[0] >= 1.0 else crossing(sizes, ratios)
+        here = [row for row in rows if (row["scene"], row["on it"]) == case]
+        spheres, tree = (_by_size(here, "moving", name) for name in ("sphere-cache, outer spheres kept", "tree"))
+        entry = {f"crossover by {column}": _reached(spheres, tree, column) for column in ("theory", "work", "each")}
+        index = _by_size(here, "all", "disc-index")
+        for name in ("hybrid", "hybrid, sums kept"):
+            hybrid = _by_size(here, "all", name)
+            entry[name] = [hybrid[size]["each"] / index[size]["each"] for size in (min(index), max(index))]
+        result[f"{case[0]}, {case[1]:.0%} of the discs"] = entry
     return result
+
+
+def _by_size(rows: list[dict], discs_are: str, search: str) -> dict[float, dict]:
+    return {row["r/R"]: row for row in rows if row["discs"] == discs_are and row["search"] == search}
+
+
+def _reached(one: dict[float, dict], other: dict[float, dict], column: str) -> float | None:
+    sizes = sorted(one)
+    ratios = [one[size][column] / other[size][column] for size in sizes]
+    return sizes[0] if ratios[0] >= 1.0 else crossing(sizes, ratios)

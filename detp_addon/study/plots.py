@@ -28,7 +28,7 @@ def draw(found: Findings, folder: Path) -> None:
     """
     made = figure_class()
     for name, title in PLOTS.items():
-        figure = made(figsize=(12 if name == "growth" else 9, 4.2), layout="constrained")
+        figure = made(figsize=(12 if name in ("growth", "frames") else 9, 4.2), layout="constrained")
         figure.suptitle(title)
         _DRAWN[name](figure, found.tables)
         save(figure, folder, name)
@@ -107,6 +107,19 @@ def _cauchy_crofton(figure, tables: dict) -> None:
     axes.legend(fontsize="small", ncols=2)
 
 
+def _frames(figure, tables: dict) -> None:
+    rows = [row | {"case": f"{row['scene']}, {row['on it']:.0%} of the discs"} for row in tables["frames"]]
+    rows = [row for row in rows if row["discs"] == "moving"]
+    for axes, case, here in _panels(figure, rows, "case", "r / R", "comparisons a frame"):
+        axes.set_title(case)
+        for search, line in _groups(here, "search"):
+            drawn = axes.loglog([row["r/R"] for row in line], [row["work"] for row in line], "o-", label=search)
+            if "theory" in line[0]:
+                axes.loglog([row["r/R"] for row in line], [row["theory"] for row in line], ":",
+                            color=drawn[0].get_color())  # fmt: skip
+    figure.axes[0].legend(fontsize="small")
+
+
 def _predicted(figure, tables: dict) -> None:
     axes = figure.subplots()
     rows = [row for table in ("radius", "choice") for row in tables[table] if row["search"] != "auto"]
@@ -136,5 +149,5 @@ def _groups(rows: list[dict], key: str) -> list[tuple]:
 
 _DRAWN: dict[str, Callable] = {
     "radius": _radius, "q": _q, "slack": _slack, "growth": _growth, "cauchy_crofton": _cauchy_crofton,
-    "predicted": _predicted,
+    "frames": _frames, "predicted": _predicted,
 }  # fmt: skip

@@ -278,7 +278,7 @@ def test_many_discs_larger_than_the_scene_come_in_bounded_chunks():
 
 def test_the_gatherers_have_the_names_of_the_command_line_and_say_why():
     discs, _ = volume(np.random.default_rng(1), 0.5)
-    for name in ("disc-index", "sphere-cache", "brute-force"):
+    for name in ("disc-index", "sphere-cache", "hybrid", "brute-force"):
         gatherer, reason = make_gatherer(name, discs)
         assert gatherer.name == name
         assert "as asked for" in reason

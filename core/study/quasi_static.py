@@ -3,95 +3,22 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
 from ..cost_model import SearchProblem, best_q, disc_index_tests, outer_sphere_tests, share_through, sphere_cache_tests
-from ..discs import TangentDiscs
-from ..gatherers.candidates import Task, made, predicted_seconds
+from ..gatherers.candidates import Task, predicted_seconds
+from ..gatherers.choose import make_gatherer
 from ..gatherers.counts import Counts
 from ..gatherers.disc_tree import LEAF
-from ..gatherers.gatherer import Gatherer
-from ..gatherers.hybrid import Hybrid, MovingDiscs
 from ..gatherers.hybrid_choice import frame_seconds, hybrid_of
-from ..segments import Segments
 from ..unit_costs import build_seconds
 from .fields import uniform_discs, uniform_lines
+from .frame_ways import ALONE, WHOLE, Way
 from .frames import Frame, MovingObject
-from .measure import crossing, searched
+from .measure import crossing
 from .scene import StudyScene
-
-Way = Callable[[MovingObject, list[Frame], Counts], Iterator[int]]
-
-
-def _rebuilt(make: Callable[[TangentDiscs, int], Gatherer], scene: MovingObject, frames, counts) -> Iterator[int]:
-    """A search over all discs, made for each frame."""
-    for frame in frames:
-        yield searched(make(frame.discs, len(frame.segments)), frame.segments, counts)
-
-
-def _hybrid(scene: MovingObject, frames, counts) -> Iterator[int]:
-    """The hybrid, where each frame has segments of its own."""
-    hybrid, _ = hybrid_of(frames[0].discs, scene.moving, len(scene.segments), scene.segments)
-    for frame in frames:
-        hybrid = hybrid.moved(frame.discs)
-        yield searched(hybrid, frame.segments, counts)
-
-
-def _hybrid_with_sums(scene: MovingObject, frames, counts) -> Iterator[int]:
-    """The hybrid, where what the first scene's segments bring to discs that stay is known, and subtracted or kept."""
-    hybrid, _ = hybrid_of(frames[0].discs, scene.moving, len(scene.segments), scene.segments)
-    first = searched(hybrid.still, scene.segments, counts)
-    for frame in frames:
-        hybrid = hybrid.moved(frame.discs)
-        known = first - searched(hybrid.still, scene.segments.taken(frame.gone), counts)
-        known += searched(hybrid.still, frame.come, counts) + searched(hybrid.mobile, frame.come, counts)
-        yield known + _not_gone(hybrid, scene.segments, frame.gone, counts)
-
-
-def _not_gone(hybrid: Hybrid, segments: Segments, gone: np.ndarray, counts: Counts) -> int:
-    """Crossings of ``segments`` but those ``gone`` with what moves."""
-    stays = np.ones(len(segments), bool)
-    stays[gone] = False
-    return sum(np.count_nonzero(stays.take(found.segment)) for found in hybrid.mobile.crossings(segments, counts))
-
-
-def _alone(make: Callable[[TangentDiscs, int], Gatherer], scene: MovingObject, frames, counts) -> Iterator[int]:
-    """The discs that move alone, with a search made for each frame, and the first scene's segments."""
-    for frame in frames:
-        yield searched(make(frame.discs.taken(scene.moving), len(scene.segments)), scene.segments, counts)
-
-
-def _in_spheres(kind: str, scene: MovingObject, frames, counts) -> Iterator[int]:
-    """The same by the hybrid's half, whose outer spheres are kept."""
-    search = partial(made, kind, expected=len(scene.segments))
-    mobile = MovingDiscs(frames[0].discs, np.flatnonzero(scene.moving), search, best_q(2.0))
-    for frame in frames:
-        mobile = mobile.moved(frame.discs)
-        yield searched(mobile, scene.segments, counts)
-
-
-def _made(kind: str, discs: TangentDiscs, expected: int) -> Gatherer:
-    """The search as the cost model plans it."""
-    return Task.of(discs, expected, None).made(kind) if kind == "grid" else made(kind, discs, expected)
-
-
-WHOLE: dict[str, Way] = {
-    "disc-index": partial(_rebuilt, partial(_made, "grid")),
-    "sphere-cache": partial(_rebuilt, partial(_made, "sphere-cache")),
-    "hybrid": _hybrid,
-    "hybrid, sums kept": _hybrid_with_sums,
-}
-ALONE: dict[str, Way] = {
-    "grid": partial(_alone, partial(_made, "grid")),
-    "tree": partial(_alone, partial(_made, "tree")),
-    "sphere-cache": partial(_alone, partial(_made, "sphere-cache")),
-    "sphere-cache, outer spheres kept": partial(_in_spheres, "sphere-cache"),
-    "tree, outer spheres kept": partial(_in_spheres, "tree"),
-}
 
 
 @dataclass(frozen=True)
@@ -192,8 +119,9 @@ def predicted(name: str, moving: MovingObject, frames: list[Frame]) -> dict:
     discs, segments = frames[0].discs, frames[0].segments
     task = Task.of(discs, len(segments), segments)
     if not name.startswith("hybrid"):
-        kind = "grid" if name == "disc-index" else name
-        search = predicted_seconds(kind, task.made(kind), task.expected, task.pilot)
+        gatherer, _ = make_gatherer(name, discs, task.expected, segments)
+        kind = gatherer.index if name == "disc-index" else name
+        search = predicted_seconds(kind, gatherer, task.expected, task.pilot)
         return {"predicted": build_seconds(kind, len(discs)) + search}
     hybrid, kind = hybrid_of(discs, moving.moving, task.expected, task.pilot)
     seconds = frame_seconds(hybrid, (kind, "sphere-cache"), task, frames=1 << 30)
@@ -205,10 +133,10 @@ def predicted(name: str, moving: MovingObject, frames: list[Frame]) -> dict:
 
 
 def figures(rows: list[dict]) -> dict:
-    """For study.json, by scene and share of the discs: the r/R from which the Sphere Cache, its outer spheres kept, no
-    longer finds the discs that move with less of "theory", "work" and "each" than a tree that is built for each frame
-    (None: nowhere in ``rows``; the least r/R: everywhere), and a frame's time with the hybrid over that with Disc
-    Indexing, for the smallest object and the largest.
+    """For study.json, by scene and share of the discs: up to which r/R the Sphere Cache, its outer spheres kept, finds
+    the discs that move with less of "theory", "work" and "each" than a tree that is built for each frame (None: up to
+    the largest in ``rows``; 0: not even the smallest), and a frame's time with the hybrid over that with Disc Indexing,
+    for the smallest object and the largest.
     """
     result = {}
     for case in dict.fromkeys((row["scene"], row["on it"]) for row in rows):
@@ -230,4 +158,4 @@ def _by_size(rows: list[dict], discs_are: str, search: str) -> dict[float, dict]
 def _reached(one: dict[float, dict], other: dict[float, dict], column: str) -> float | None:
     sizes = sorted(one)
     ratios = [one[size][column] / other[size][column] for size in sizes]
-    return sizes[0] if ratios[0] >= 1.0 else crossing(sizes, ratios)
+    return 0.0 if ratios[0] >= 1.0 else crossing(sizes, ratios)

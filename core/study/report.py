@@ -187,7 +187,7 @@ def _spacings(value: float | None, cross: dict) -> str:
 
 
 def _sizes(value: float | None) -> str:
-    return "any size" if value is None else f"{value:.1%}"
+    return "any share" if value is None else f"{value:.1%}"
 
 
 def _held(held: bool) -> str:

@@ -6,11 +6,13 @@ from functools import partial
 
 import numpy as np
 
+from ..cost_model import share_through
 from ..discs import TangentDiscs
 from ..segments import Segments
 from ..unit_costs import build_seconds
 from .candidates import Task, made, options_of, predicted_seconds
 from .hybrid import Hybrid
+from .outer_spheres import sphere_around
 
 #: Reference nanoseconds to compare a segment with an outer sphere; in metres, so dearer than those inside.
 OUTER_SPHERE = 40.0
@@ -32,10 +34,12 @@ def hybrid_of(
     return Hybrid(discs, moving, still, partial(made, mobile, expected=expected)), kind
 
 
-def mobile_kind(task: Task) -> str:
-    """The search over the discs of ``task``, all of which move, that takes the least time with a build each frame."""
-    plan = task.plan.seconds
-    return min(plan, key=lambda kind: plan[kind] + build_seconds(kind, len(task.discs)))
+def mobile_kind(task: Task, moving: np.ndarray) -> str:
+    """The search over the discs that are ``moving`` (N,) of the least time, building included, by the rough plan."""
+    some = task.discs.taken(moving)
+    near = share_through(sphere_around(some).radius, sphere_around(task.discs).radius)
+    plan = Task.of(some, max(1, int(near * task.expected)), task.pilot).plan.seconds
+    return min(plan, key=plan.get)
 
 
 def frame_seconds(hybrid: Hybrid, kinds: tuple[str, str], task: Task, frames: int) -> float:
@@ -56,7 +60,7 @@ def frame_seconds(hybrid: Hybrid, kinds: tuple[str, str], task: Task, frames: in
 
 def chosen_hybrid(task: Task, moving: np.ndarray, frames: int) -> tuple[Hybrid, float]:
     """The hybrid of the least predicted time, of whose discs some are ``moving``, and its :func:`frame_seconds`."""
-    mobile = mobile_kind(Task.of(task.discs.taken(moving), task.expected, task.pilot))
+    mobile = mobile_kind(task, moving)
     hybrid, still = hybrid_of(task.discs, moving, task.expected, task.pilot, mobile)
     return hybrid, frame_seconds(hybrid, (still, mobile), task, frames)
 

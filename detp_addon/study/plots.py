@@ -28,7 +28,7 @@ def draw(found: Findings, folder: Path) -> None:
     """
     made = figure_class()
     for name, title in PLOTS.items():
-        figure = made(figsize=(12 if name in ("growth", "frames") else 9, 4.2), layout="constrained")
+        figure = made(figsize=(12 if name == "growth" else 9, 4.2), layout="constrained")
         figure.suptitle(title)
         _DRAWN[name](figure, found.tables)
         save(figure, folder, name)
@@ -108,16 +108,16 @@ def _cauchy_crofton(figure, tables: dict) -> None:
 
 
 def _frames(figure, tables: dict) -> None:
-    rows = [row | {"case": f"{row['scene']}, {row['on it']:.0%} of the discs"} for row in tables["frames"]]
-    rows = [row for row in rows if row["discs"] == "moving"]
+    rows = [row | {"case": f"{row['scene']}, {row['on it']:.0%} move"} for row in tables["frames"]]
+    rows = [row for row in rows if row["discs"] == "moving" and "theory" in row]
+    figure.set_size_inches(14, 4.2)
     for axes, case, here in _panels(figure, rows, "case", "r / R", "comparisons a frame"):
         axes.set_title(case)
         for search, line in _groups(here, "search"):
-            drawn = axes.loglog([row["r/R"] for row in line], [row["work"] for row in line], "o-", label=search)
-            if "theory" in line[0]:
-                axes.loglog([row["r/R"] for row in line], [row["theory"] for row in line], ":",
-                            color=drawn[0].get_color())  # fmt: skip
-    figure.axes[0].legend(fontsize="small")
+            sizes = [row["r/R"] for row in line]
+            drawn = axes.loglog(sizes, [row["work"] for row in line], "o-", label=search)
+            axes.loglog(sizes, [row["theory"] for row in line], ":", color=drawn[0].get_color())
+    figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize="small")
 
 
 def _predicted(figure, tables: dict) -> None:

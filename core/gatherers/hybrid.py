@@ -91,7 +91,8 @@ class MovingDiscs:
     """The search over the ``rows`` (M,) of ``discs`` that move, in the frame that these are of.
 
     The outer spheres of the Sphere Cache, between the scene and what moves, are kept from frame to frame while that
-    stays in them, and so are their lists for segments that stay. A frame that keeps most segments then looks at few.
+    stays in them, and so are their lists for segments that stay: all frames share them. A frame that keeps most
+    segments then looks at few.
     ``search`` makes that inside of them; ``q`` as for Hybrid.
     """
 

@@ -157,5 +157,6 @@ def _by_size(rows: list[dict], discs_are: str, search: str) -> dict[float, dict]
 
 def _reached(one: dict[float, dict], other: dict[float, dict], column: str) -> float | None:
     sizes = sorted(one)
-    ratios = [one[size][column] / other[size][column] for size in sizes]
+    # Where no segment comes near there is nothing to compare.
+    ratios = [max(one[size][column], 1e-9) / other[size][column] for size in sizes]
     return 0.0 if ratios[0] >= 1.0 else crossing(sizes, ratios)

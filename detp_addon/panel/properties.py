@@ -102,7 +102,7 @@ class BakeOptions:
             (
                 "HYBRID",
                 "Hybrid",
-                "Disc Indexing, and in updates Sphere Cache for the points near what moved; no other in a bake itself",
+                "Disc Indexing, and in updates Sphere Cache around what changed; in a bake by itself nothing moves",
             ),
             ("BRUTE_FORCE", "Brute Force", "Test every point against every photon path; slow, to check the others"),
         ],

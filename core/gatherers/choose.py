@@ -13,7 +13,7 @@ from .brute_force import BruteForce
 from .candidates import Candidate, Task, made, options_of, tried
 from .disc_index import DiscIndex
 from .gatherer import Gatherer
-from .hybrid import Hybrid
+from .hybrid import Hybrid, checked_moving
 from .hybrid_choice import chosen_hybrid, halves_of, hybrid_of
 
 #: Segments that a bake may have, when it does not say.
@@ -52,7 +52,7 @@ def make_gatherer(
 
     Equal arguments give the same gatherer on every machine, and all find the same crossings. Only the seconds in the
     sentence are this machine's, where they are one or more.
-    Raises InvalidSettingError for any other name.
+    Raises InvalidSettingError for any other name, InvalidArrayError when ``moving`` is not a bool per disc.
     """
     if name not in GATHERERS:
         raise InvalidSettingError(f"Unknown gatherer '{name}': choose {', '.join(GATHERERS)}.")
@@ -61,7 +61,7 @@ def make_gatherer(
     if name in ("brute-force", "sphere-cache"):
         gatherer = made(name, discs, expected)
         return gatherer, f"{_TITLES[name]}, as asked for ({options_of(gatherer)})."
-    moving = np.zeros(len(discs), bool) if moving is None else moving
+    moving = checked_moving(moving, len(discs))
     if name == "hybrid":
         return _hybrid(*hybrid_of(discs, moving, expected, pilot))
     task = Task.of(discs, expected, pilot)

@@ -19,6 +19,14 @@ from .sphere_cache import SphereCache
 Search = Callable[[TangentDiscs], Gatherer]
 
 
+def checked_moving(moving: np.ndarray | None, count: int) -> np.ndarray:
+    """``moving`` (N,) bool for so many discs; None: none moves. Raises InvalidArrayError for anything else."""
+    moving = np.zeros(count, bool) if moving is None else np.asarray(moving)
+    if moving.shape != (count,) or moving.dtype != bool:
+        raise InvalidArrayError(f"Which discs move must be {count} times True or False, one for each disc.")
+    return moving
+
+
 class Hybrid:
     """What the study leaves as future work, for "static scene, relatively small mobile objects".
 
@@ -43,9 +51,7 @@ class Hybrid:
         mobile: Search = SphereCache,
         q: float = 0.62,
     ):
-        moving = np.zeros(len(discs), bool) if moving is None else np.asarray(moving)
-        if moving.shape != (len(discs),) or moving.dtype != bool:
-            raise InvalidArrayError(f"Which discs move must be {len(discs)} times True or False, one for each disc.")
+        moving = checked_moving(moving, len(discs))
         self._discs, self.moving, self._searches, self._q = discs, moving, (still, mobile), q
         rows = np.flatnonzero(~moving)
         self.still = SomeDiscs(still(discs.taken(rows)), rows)

@@ -132,6 +132,8 @@ def test_what_cannot_be_is_said():
     for wrong in (MOVES[1:], MOVES.astype(int)):
         with pytest.raises(InvalidArrayError, match="one for each disc"):
             Hybrid(discs, wrong)
+        with pytest.raises(InvalidArrayError, match="one for each disc"):
+            make_gatherer("hybrid", discs, moving=wrong)
     with pytest.raises(InvalidArrayError, match="as many as before"):
         Hybrid(discs, MOVES).moved(discs.taken(slice(5)))
 

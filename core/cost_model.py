@@ -148,3 +148,18 @@ def disc_index_tests(
         * (1.0 if balanced else np.log2(max(problem.points, 2.0)))
     )
     return visits, float(problem.points * met[-1])
+
+
+def outer_sphere_tests(problem: SearchProblem, moving: float, step: float, q: float) -> float:
+    """Hybrid: comparisons of segments with the spheres between the scene and what moves, on average of a frame.
+
+    moving  radius of the sphere around what moves, metres
+    step    how far that goes in a frame, metres; infinite where all segments are other ones in each frame
+
+    The study's walk, from frame to frame: sphere i serves as long as what moves stays in it, for r_i - ``moving``
+    metres, so that a frame makes it anew, from the list around it, with chance min(1, step / (r_i - moving)). [ours]
+    """
+    radii = sphere_radii(problem, q, moving) if moving < problem.around else np.array([problem.around])
+    lists = problem.segments * share_through(radii[:-1], problem.around)
+    free = np.maximum(radii[1:] - moving, 1e-9 * problem.around)
+    return float((np.minimum(step / free, 1.0) * lists).sum())

@@ -23,7 +23,7 @@ REFERENCE_PHOTONS, REFERENCE_ERROR, GROWTH = 3 << 18, 0.04, 4.0
 QUALITY_PATIENCE, ERROR_PATIENCE = 8, 64
 
 #: names of the gatherers a user may ask for
-GATHERERS = ("auto", "disc-index", "sphere-cache", "brute-force")
+GATHERERS = ("auto", "disc-index", "sphere-cache", "hybrid", "brute-force")
 
 #: visible: the part of each disc that its centre sees; plain: the whole disc, as in the study
 ESTIMATORS = ("visible", "plain")

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from ..discs import TangentDiscs
 from ..errors import InvalidSettingError
 from ..segments import Segments
 from ..settings import GATHERERS
 from ..unit_costs import build_seconds, seconds_here
 from .brute_force import BruteForce
-from .candidates import Task, made, options_of, tried
+from .candidates import Candidate, Task, made, options_of, tried
 from .disc_index import DiscIndex
 from .gatherer import Gatherer
+from .hybrid import Hybrid, checked_moving
+from .hybrid_choice import chosen_hybrid, halves_of, hybrid_of
 
 #: Segments that a bake may have, when it does not say.
 EXPECTED = 1 << 19
@@ -31,17 +35,24 @@ _TITLES = {
 
 
 def make_gatherer(
-    name: str, discs: TangentDiscs, expected: int = EXPECTED, pilot: Segments | None = None
+    name: str,
+    discs: TangentDiscs,
+    expected: int = EXPECTED,
+    pilot: Segments | None = None,
+    moving: np.ndarray | None = None,
+    frames: int = 1,
 ) -> tuple[Gatherer, str]:
     """The gatherer called ``name`` over ``discs``, and in one sentence why it is this one.
 
     name      one of GATHERERS; "auto" takes the one of the least predicted time
     expected  how many segments it will search in all
     pilot     a few hundred segments or more of the kind that it will search; None: ways between the discs' centres
+    moving    (N,) bool, which discs move from frame to frame; None: none
+    frames    over so many of them; in each, ``expected`` segments are searched
 
     Equal arguments give the same gatherer on every machine, and all find the same crossings. Only the seconds in the
     sentence are this machine's, where they are one or more.
-    Raises InvalidSettingError for any other name.
+    Raises InvalidSettingError for any other name, InvalidArrayError when ``moving`` is not a bool per disc.
     """
     if name not in GATHERERS:
         raise InvalidSettingError(f"Unknown gatherer '{name}': choose {', '.join(GATHERERS)}.")
@@ -50,15 +61,39 @@ def make_gatherer(
     if name in ("brute-force", "sphere-cache"):
         gatherer = made(name, discs, expected)
         return gatherer, f"{_TITLES[name]}, as asked for ({options_of(gatherer)})."
+    moving = checked_moving(moving, len(discs))
+    if name == "hybrid":
+        return _hybrid(*hybrid_of(discs, moving, expected, pilot))
     task = Task.of(discs, expected, pilot)
     if name == "auto":
-        return _chosen(task)
+        best, why = _chosen(task)
+        found = _hybrid_that_pays(task, best, moving, frames) if frames > 1 and moving.any() else None
+        return found or (best.gatherer, why)
     kind = "tree" if task.plan.uneven else min(("grid", "tree"), key=task.plan.seconds.get)
     gatherer = task.made(kind)
     return gatherer, f"{_TITLES[kind]}{task.unevenly(kind)}, as asked for ({options_of(gatherer)})."
 
 
-def _chosen(task: Task) -> tuple[Gatherer, str]:
+def _hybrid(gatherer: Hybrid, kind: str) -> tuple[Hybrid, str]:
+    """The hybrid that was asked for, with that ``kind`` of index, and a sentence on it."""
+    if not gatherer.moving.any():
+        index = f"{_TITLES[kind]} ({options_of(gatherer.still.search)})"
+        return gatherer, f"Hybrid, as asked for: in a bake of one frame nothing moves, so that it is {index}."
+    return gatherer, f"Hybrid, as asked for ({halves_of(gatherer)})."
+
+
+def _hybrid_that_pays(task: Task, single: Candidate, moving: np.ndarray, frames: int) -> tuple[Hybrid, str] | None:
+    """The hybrid and why, if it is predicted to take less than the best ``single`` search, built for each frame."""
+    alone = single.seconds + build_seconds(single.kind, len(task.discs))
+    hybrid, seconds = chosen_hybrid(task, moving, frames)
+    if seconds >= alone:
+        return None
+    said = (_said(seconds_here(each, single.lanes)) for each in (seconds, alone))
+    times = "predicted {} a frame against {}".format(*said)
+    return hybrid, f"Hybrid: {times} with {_TITLES[single.kind]} for each of {frames} ({halves_of(hybrid)})."
+
+
+def _chosen(task: Task) -> tuple[Candidate, str]:
     """The search of the least predicted time, where trying others pays, and why it is this one."""
     plan = task.plan.seconds
     first = tried("tree" if task.plan.uneven else min(plan, key=plan.get), task)
@@ -80,7 +115,7 @@ def _chosen(task: Task) -> tuple[Gatherer, str]:
         roughly = seconds_here(plan[other], best.lanes)
         against = f"roughly {_said(roughly)} with {_TITLES[other]}"
     why = f"{task.size()}{task.unevenly(best.kind)}, predicted {_said(best.wall_seconds)} against {against}"
-    return best.gatherer, f"{_TITLES[best.kind]}: {why} ({options_of(best.gatherer)})."
+    return best, f"{_TITLES[best.kind]}: {why} ({options_of(best.gatherer)})."
 
 
 def _trial_seconds(kind: str, task: Task) -> float:

@@ -19,6 +19,7 @@ PLOTS = {
     "slack": "Comparisons over the size of the last sphere",
     "growth": "Comparisons over the number of points",
     "cauchy_crofton": "Share of the segments that meet a sphere, over that of the ideal field",
+    "frames": "Frames in which an object moves, over its size",
     "predicted": "Predicted and measured time",
 }
 
@@ -66,6 +67,8 @@ def as_markdown(found: Findings, command: str, pictures: bool) -> str:
     return "\n\n".join(parts) + "\n"
 
 
+#: Objects of this share of the scene's radius are small at any rate.
+SMALL = 0.03
 _TABLES = {"predicted": "choice"}
 _SECTIONS = (
     (
@@ -79,6 +82,11 @@ _SECTIONS = (
         "growth",
         PLOTS["growth"],
         ("gatherer", "discs", "points", "n_P", "n_R", "d", "work", "theory", "crossings", "seconds"),
+    ),
+    (
+        "frames",
+        PLOTS["frames"],
+        ("scene", "discs", "r/R", "on it", "moving", "search", "first", "each", "predicted", "work", "theory"),
     ),
     ("cauchy_crofton", PLOTS["cauchy_crofton"], ("scene", "r/r0", "expected", "measured", "measured/expected")),
     (
@@ -153,6 +161,18 @@ def _claims(figures: dict) -> list[list[str]]:
         f"ideal field: {ideal['measured']:.5f} ({low:.5f} to {high:.5f}) where {ideal['expected']:.5f} is expected; "
         "in scenes see below", _held(low <= ideal["expected"] <= high),
     ])  # fmt: skip
+    for case, entry in figures["quasi_static"].items():
+        rows.append([
+            "Quasi-static scenes: Sphere Cache for small moving objects",
+            f"{case}: up to {_sizes(entry['crossover by each'])} of the scene's radius by time, "
+            f"{_sizes(entry['crossover by work'])} by comparisons, {_sizes(entry['crossover by theory'])} by theory",
+            _held(entry["crossover by each"] is None or entry["crossover by each"] >= SMALL),
+        ])  # fmt: skip
+        least, most = entry["hybrid"]
+        rows.append([
+            "Quasi-static scenes: an efficient hybrid",
+            f"{case}: {least:.0%} to {most:.0%} of Disc Indexing's time a frame", _held(least < 1.0),
+        ])  # fmt: skip
     off = figures["predicted_over_measured"]
     rows.append([
         "Theory can choose the algorithm",
@@ -164,6 +184,10 @@ def _claims(figures: dict) -> list[list[str]]:
 
 def _spacings(value: float | None, cross: dict) -> str:
     return f"nowhere up to {cross['measured up to']:.2g} spacings" if value is None else f"{value:.2g} spacings"
+
+
+def _sizes(value: float | None) -> str:
+    return "any share" if value is None else f"{value:.1%}"
 
 
 def _held(held: bool) -> str:

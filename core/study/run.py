@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import DetpError
 from ..unit_costs import UNIT_COSTS, this_machine
-from . import crofton, growth, q_scan, searches
+from . import crofton, growth, q_scan, quasi_static, searches
 from .fields import KINDS
 from .measure import least_squares_costs
 from .scene import StudyScene
@@ -29,12 +29,14 @@ class Extent:
     choice_segments: int = 1 << 16
     crofton_lines: int = 400_000
     repeats: int = 4
+    quasi_static: quasi_static.Extent = field(default_factory=quasi_static.Extent)
 
 
 QUICK = Extent(
     q_points=4000, q_lines=2000, growth_points=(1000, 3000, 10_000, 30_000), growth_lines=(500, 1000, 2000),
     spacings=(0.25, 1.0, 4.0, 12.0), scan_segments=1 << 15, choice_segments=1 << 16,
     crofton_lines=200_000, repeats=3,
+    quasi_static=quasi_static.Extent((0.01, 0.05, 0.3), (0.1,), frames=3, points=5000, segments=1 << 14),
 )  # fmt: skip
 
 
@@ -59,6 +61,8 @@ def run(
     found.tables["q"], found.tables["slack"] = _q_tables(extent)
     yield "How the work grows"
     found.tables["growth"] = growth.growth_rows(extent.growth_points, extent.growth_lines)
+    yield "Frames in which something moves"
+    frames = quasi_static.scene_rows(quasi_static.uniform_scene(extent.quasi_static), extent.quasi_static)
     yield "Whether shares follow surfaces"
     ideal, uneven, by_radius, choices = crofton.ideal(extent.crofton_lines), [], [], []
     for name, load in {**scans, **scenes}.items():
@@ -74,7 +78,10 @@ def run(
             yield f"{name}: discs of {spacings:g} spacings"
             radius = spacings * scene.spacing
             by_radius += searches.scene_rows(scene, radius, extent.scan_segments, extent.repeats)
-    found.tables.update({"cauchy_crofton": uneven, "radius": by_radius, "choice": choices})
+        if name in scans:
+            yield f"{name}: frames in which something moves"
+            frames += quasi_static.scene_rows(scene, extent.quasi_static)
+    found.tables.update({"cauchy_crofton": uneven, "radius": by_radius, "choice": choices, "frames": frames})
     found.tables["unit_costs"] = unit_cost_rows([*by_radius, *choices])
     found.figures.update(_figures(found.tables, ideal))
     found.figures["seconds"] = round(time.perf_counter() - begin, 1)
@@ -119,6 +126,7 @@ def _figures(tables: dict[str, list[dict]], ideal: dict) -> dict:
         "auto_regret_over_radii": max(row["regret"] for row in autos),
         "predicted_over_measured": _predictions(tried, "predicted processor", "processor"),
         "predicted_over_measured_wall": _predictions(tried, "predicted", "seconds"),
+        "quasi_static": quasi_static.figures(tables["frames"]),
         "machine": {"slowness": this_machine().slowness, "parallel": this_machine().parallel},
     }
 

@@ -118,7 +118,9 @@ class ChangedRecords:
             exchanged[search.kind, search.half] = self._exchanged(search)
             yield
         for search in fresh.searches:
-            search.gatherer, _ = make_gatherer("disc-index", search.placed.discs, max(len(self._all), 1))
+            # The hybrid's other half: the first bake's discs keep theirs, see _exchanged.
+            discs, every = search.placed.discs, np.ones(len(search.placed.discs), bool)
+            search.gatherer, _ = make_gatherer(settings.gatherer, discs, max(len(self._all), 1), self._all, every)
             samples = next(s.estimate.samples for s in records.searches if s.half == search.half)
             search.estimate = self._gathered(search, self._all, samples)
             yield

@@ -157,7 +157,12 @@ def add_how(bake: argparse.ArgumentParser) -> None:
         help="how light over reflections is found (default: gather; photons with the plain estimator)",
     )
     bake.add_argument("--seed", type=int, default=defaults.seed, metavar="N", help="of the random numbers (default: 0)")
-    bake.add_argument("--gatherer", choices=GATHERERS, default=defaults.gatherer, help="(default: %(default)s)")
+    bake.add_argument(
+        "--gatherer",
+        choices=GATHERERS,
+        default=defaults.gatherer,
+        help="all find the same light; hybrid is for what moves, disc-index where nothing does (default: %(default)s)",
+    )
     bake.add_argument(
         "--estimator", choices=ESTIMATORS, default=defaults.estimator,
         help="visible: the part of each disc that its point sees; plain: the whole disc, as in the study of 2006, dark "

@@ -99,6 +99,11 @@ class BakeOptions:
                 "Sphere Cache",
                 "Follow the points with nested lists of photon paths; best for large discs",
             ),
+            (
+                "HYBRID",
+                "Hybrid",
+                "Disc Indexing, and in updates Sphere Cache around what changed; in a bake by itself nothing moves",
+            ),
             ("BRUTE_FORCE", "Brute Force", "Test every point against every photon path; slow, to check the others"),
         ],
         default="AUTO",

@@ -14,7 +14,12 @@ from .panel import SidebarTab
 #: entries of a list shown before "and so many more"
 MOST_LINES = 12
 
-GATHERER_NAMES = {"disc-index": "Disc Indexing", "sphere-cache": "Sphere Cache", "brute-force": "Brute Force"}
+GATHERER_NAMES = {
+    "disc-index": "Disc Indexing",
+    "sphere-cache": "Sphere Cache",
+    "hybrid": "Hybrid",
+    "brute-force": "Brute Force",
+}
 
 
 class DETP_PT_result(SidebarTab, bpy.types.Panel):

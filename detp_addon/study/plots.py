@@ -107,6 +107,19 @@ def _cauchy_crofton(figure, tables: dict) -> None:
     axes.legend(fontsize="small", ncols=2)
 
 
+def _frames(figure, tables: dict) -> None:
+    rows = [row | {"case": f"{row['scene']}, {row['on it']:.0%} move"} for row in tables["frames"]]
+    rows = [row for row in rows if row["discs"] == "moving" and "theory" in row]
+    figure.set_size_inches(14, 4.2)
+    for axes, case, here in _panels(figure, rows, "case", "r / R", "comparisons a frame"):
+        axes.set_title(case)
+        for search, line in _groups(here, "search"):
+            sizes = [row["r/R"] for row in line]
+            drawn = axes.loglog(sizes, [row["work"] for row in line], "o-", label=search)
+            axes.loglog(sizes, [row["theory"] for row in line], ":", color=drawn[0].get_color())
+    figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize="small")
+
+
 def _predicted(figure, tables: dict) -> None:
     axes = figure.subplots()
     rows = [row for table in ("radius", "choice") for row in tables[table] if row["search"] != "auto"]
@@ -136,5 +149,5 @@ def _groups(rows: list[dict], key: str) -> list[tuple]:
 
 _DRAWN: dict[str, Callable] = {
     "radius": _radius, "q": _q, "slack": _slack, "growth": _growth, "cauchy_crofton": _cauchy_crofton,
-    "predicted": _predicted,
+    "frames": _frames, "predicted": _predicted,
 }  # fmt: skip

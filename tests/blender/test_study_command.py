@@ -5,7 +5,7 @@ import sys
 
 import bpy
 import pytest
-from detp.core.study import run
+from detp.core.study import quasi_static, run
 from detp.core.study.run import Extent
 from detp.detp_addon.command.command import main
 from small_scenes import cube, grid, lamp, saved
@@ -13,6 +13,7 @@ from small_scenes import cube, grid, lamp, saved
 TINY = Extent(
     q_points=300, q_lines=100, growth_points=(100, 200, 400), growth_lines=(50, 100, 200), spacings=(0.5, 2.0),
     scan_segments=1000, choice_segments=1500, crofton_lines=16_000, repeats=1,
+    quasi_static=quasi_static.Extent((0.02, 0.3), (0.1,), frames=2, points=300, segments=500),
 )  # fmt: skip
 
 
@@ -43,7 +44,8 @@ def test_it_writes_figures_tables_and_a_report_and_asks_for_matplotlib(samples, 
     for key in ("disc_index_saving", "crossover_d_over_spacing"):
         assert set(figures[key]) == {"tree", "atrium"}
     assert sorted(path.name for path in out.glob("*.csv")) == [
-        "cauchy_crofton.csv", "choice.csv", "growth.csv", "q.csv", "radius.csv", "slack.csv", "unit_costs.csv"
+        "cauchy_crofton.csv", "choice.csv", "frames.csv", "growth.csv", "q.csv", "radius.csv", "slack.csv",
+        "unit_costs.csv",
     ]  # fmt: skip
     assert "samples/tree" in (out / "choice.csv").read_text()
     assert "detp study --quick" in (out / "study.md").read_text()

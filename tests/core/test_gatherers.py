@@ -13,6 +13,7 @@ from detp.core.gatherers.brute_force import BruteForce
 from detp.core.gatherers.choose import make_gatherer
 from detp.core.gatherers.disc_grid import DiscGrid
 from detp.core.gatherers.disc_index import DiscIndex
+from detp.core.gatherers.hybrid import Hybrid
 from detp.core.gatherers.sphere_cache import SphereCache
 from detp.core.segments import Segments
 from hypothesis import given, settings
@@ -39,6 +40,17 @@ def spheres(last=None, **options):
     return make
 
 
+def hybrid(every, **options):
+    """A hybrid of whose discs one in ``every`` moves, all from the place of the first that does."""
+
+    def make(discs):
+        rows = np.arange(len(discs))
+        moving = rows % every == 0
+        return Hybrid(discs.taken(np.where(moving, 0, rows)), moving, **options).moved(discs)
+
+    return make
+
+
 GATHERERS = {
     "brute force": BruteForce,
     "grid": partial(DiscIndex, index="grid"),
@@ -52,6 +64,9 @@ GATHERERS = {
     "spheres 0.6, small last": spheres(q=0.6, last=0.4),
     "spheres 0.6, large last": spheres(q=0.6, last=4.0),
     "spheres 0.6, unsorted": spheres(q=0.6, sort=False),
+    "hybrid, nothing moves": Hybrid,
+    "hybrid, one in three moves": hybrid(3),
+    "hybrid, all move": hybrid(1, q=0.8, mobile=DiscIndex),
 }
 
 
@@ -263,7 +278,7 @@ def test_many_discs_larger_than_the_scene_come_in_bounded_chunks():
 
 def test_the_gatherers_have_the_names_of_the_command_line_and_say_why():
     discs, _ = volume(np.random.default_rng(1), 0.5)
-    for name in ("disc-index", "sphere-cache", "brute-force"):
+    for name in ("disc-index", "sphere-cache", "hybrid", "brute-force"):
         gatherer, reason = make_gatherer(name, discs)
         assert gatherer.name == name
         assert "as asked for" in reason

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from detp.core.errors import NoLightError
 from detp.core.gatherers.balanced_tree import BalancedTree
-from detp.core.study import growth, measure, q_scan, report
+from detp.core.study import growth, measure, q_scan, quasi_static, report
 from detp.core.study.fields import spacing, uniform_discs, uniform_lines
 from detp.core.study.measure import crossing, least_squares_costs, lowest
 from detp.core.study.measure import growth as fitted_growth
@@ -20,6 +20,7 @@ from detp.core.unit_costs import Machine
 TINY = Extent(
     q_points=400, q_lines=160, growth_points=(200, 400, 800), growth_lines=(50, 100, 200), spacings=(0.5, 4.0),
     scan_segments=1500, choice_segments=2000, crofton_lines=32_000, repeats=1,
+    quasi_static=quasi_static.Extent((0.02, 0.3), (0.1,), frames=3, points=500, segments=1000),
 )  # fmt: skip
 
 
@@ -112,13 +113,27 @@ def test_the_whole_study_in_miniature():
     assert figures["cauchy_crofton"]["expected"] == pytest.approx(0.01)
     assert figures["auto_regret"] > 0 and "ball" in figures["crossover_d_over_spacing"]
     assert {row["scene"] for row in found.tables["choice"]} == {"ball", "small"}
+    assert set(figures["quasi_static"]) == {"uniform, 10% of the discs", "ball, 10% of the discs"}
     for name, rows in found.tables.items():
         read = list(csv.DictReader(io.StringIO(report.as_csv(rows))))
         assert len(read) == len(rows) > 0, name
     text = report.as_markdown(found, "detp study", pictures=True)
-    assert text.count("\n## ") == 7 and "(radius.svg)" in text and "| nan" not in text
+    assert text.count("\n## ") == 8 and "(radius.svg)" in text and "| nan" not in text
     assert "svg" not in report.as_markdown(found, "detp study", pictures=False)
     assert {"grid", "tree", "sphere-cache", "with NumPy"} <= {row["search"] for row in found.tables["unit_costs"]}
+
+
+def test_all_ways_find_the_same_in_frames_and_as_much_as_the_theory_says():
+    extent = quasi_static.Extent((0.05, 0.3), (0.1,), frames=4, points=2000, segments=4000)
+    rows = quasi_static.scene_rows(quasi_static.uniform_scene(extent), extent)
+    for size, discs_are in itertools.product(extent.sizes, ("all", "moving")):
+        here = [row for row in rows if (row["r/R"], row["discs"]) == (size, discs_are)]
+        assert len({row["crossings"] for row in here}) == 1 and here[0]["crossings"] > 0
+        for row in here:
+            assert 0.4 < row.get("theory", row["work"]) / row["work"] < 2.5
+    kept = {row["r/R"]: row["work"] for row in rows if row["search"] == "tree, outer spheres kept"}
+    alone = {row["r/R"]: row["work"] for row in rows if (row["search"], row["discs"]) == ("tree", "moving")}
+    assert kept[0.05] < 0.5 * alone[0.05]
 
 
 def test_times_in_turn_are_put_right_by_the_speed_of_the_moment(monkeypatch):

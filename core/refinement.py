@@ -41,6 +41,10 @@ MOST_ROUNDS_PER_STEP = 64
 #: A later step is no smaller than one over this of the rounds or photons before, since each has to be summed up.
 LEAST_ROUNDS, LEAST_OF_PHOTONS = 4, 16
 
+#: Of the rounds that the error calls for so many are cast before it is looked at again: later ones are better aimed and
+#: spread more evenly than those before.
+SPARING = 0.6
+
 #: A later step of photons may take this share of the time that is left, even if that more than doubles them.
 LEAST_OF_TIME = 0.2
 
@@ -50,9 +54,10 @@ MOST_ROUNDS = 512
 #: Photons of which none reached a point are enough to call the points dark.
 DARK_AFTER = 1 << 18
 
-#: Variance by rays over that by photons from which photons are of no use; and photons are of none either where that of
-#: the records exceeds the rays' by as much and falls by less than this share of what it should.
-STUCK, STALE = 20.0, 0.2
+#: Variance by rays over that by photons from which photons are of no use once no more rays are cast; and photons are of
+#: none either where that of the records exceeds the rays' so many times and falls by less than this share of what it
+#: should.
+SPENT, STUCK, STALE = 4.0, 20.0, 0.2
 
 #: Once half of the points keep to the error that is aimed at, neighbourhoods in which more than such a share of the
 #: points are off by more than so many times that error are worked on, until they hold few of all points.
@@ -210,7 +215,7 @@ class Refinement:
         if rays is not None and photons is None and self._photons is not None and self._settings.aimed_noise is None:
             # The photons are used up, and their noise will remain.
             return self._in_time(rays) if self._gain(rays) > self._gain(Step(photons=1)) else None
-        if rays is None and photons is not None and self._parts[0] > STUCK * self._parts[1]:
+        if rays is None and photons is not None and self._parts[0] > SPENT * self._parts[1]:
             return None  # the rays are used up, and more photons would not help
         step = max(filter(None, (rays, photons)), key=self._gain, default=None)
         if step is not None and step.photons and self._stale():
@@ -265,7 +270,7 @@ class Refinement:
             given_up = own >= MOST_OWN_ROUNDS or self._rays.rays > self._most_rays(goal)
             return None if given_up else Step(rounds=max(own, wanted))
         if goal is not None and np.isfinite(self._over):
-            wanted = min(wanted, max(int(np.ceil(done * (self._over**2 - 1.0))), done // LEAST_ROUNDS, 1))
+            wanted = min(wanted, max(int(np.ceil(SPARING * done * (self._over**2 - 1.0))), done // LEAST_ROUNDS, 1))
         return Step(rounds=wanted)
 
     def _most_rays(self, goal: float) -> float:

@@ -11,10 +11,12 @@ from detp.core.estimator.estimate import IrradianceEstimate
 from detp.core.lights.point import PointLight
 from detp.core.lights.sun import SunLight
 from detp.core.lights.world import UniformWorld
+from detp.core.packing import packed, unpacked
 from detp.core.points import Points
 from detp.core.settings import BakeSettings
 from detp.core.stages import finished
 from detp.core.update.changed_places import Balls, Sight
+from detp.core.update.first_bake import KINDS
 from detp.core.update.matching import light_scale, same_rows, same_triangles
 from detp.core.update.session import BakeSession
 from rooms import box_quads, face_points, scene_of
@@ -198,3 +200,12 @@ def test_exchanged_particles_leave_the_sums_of_the_others():
     found = kept.merged(old).exchanged(old, new)
     for name in ("total", "squares", "repeated"):
         assert getattr(found, name) == pytest.approx(getattr(kept.merged(new), name))
+
+
+def test_a_session_that_was_packed_finds_the_same_light(sessions):
+    session = sessions["box"][0]
+    other = BakeSession.of(unpacked(packed(session.kept, KINDS), KINDS))
+    for scene in (room(BOX), room(AWAY)):
+        once, twice = (finished(each.update(*scene)) for each in (session, other))
+        assert twice.irradiance == pytest.approx(once.irradiance, rel=1e-9, abs=1e-12)
+    assert np.array_equal(finished(other.update(*room(BOX))).irradiance, session.first.irradiance)

@@ -11,9 +11,11 @@ import json
 import os
 import secrets
 import zlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
@@ -39,9 +41,8 @@ SUFFIX, _MAGIC = ".detp", b"DETP kept bake 1\n"
 #: bytes of the head, in which the opening is followed by JSON and blanks
 _HEAD = 512
 
-#: Bytes that are compressed together. Bytes of equal rank in their numbers stand side by side: signs and exponents are
-#: much alike, and the last digits are not worth the time.
-_CHUNK, _WORD, _LEVEL = 1 << 22, 8, 1
+#: Bytes that are compressed at a time, and how hard: the last digits of numbers are not worth the time.
+_CHUNK, _LEVEL = 1 << 22, 1
 
 
 @dataclass(frozen=True)
@@ -135,35 +136,29 @@ def _head(begin: bytes) -> dict | None:
         return None
 
 
-def _compressed(data: np.ndarray):
-    """The ``data`` (B,) uint8 in compressed pieces, before each of which stand the bytes that it takes."""
+def _compressed(data: np.ndarray) -> Iterator[bytes]:
+    """The ``data`` (B,) uint8 in compressed pieces."""
+    encoder = zlib.compressobj(_LEVEL)
     for begin in range(0, len(data), _CHUNK):
-        chunk = data[begin : begin + _CHUNK]
-        words = len(chunk) // _WORD * _WORD
-        ranked = np.concatenate([chunk[:words].reshape(-1, _WORD).T.ravel(), chunk[words:]])
-        piece = zlib.compress(ranked, _LEVEL)
-        yield len(piece).to_bytes(8, "little") + piece
+        yield encoder.compress(data[begin : begin + _CHUNK])
+    yield encoder.flush()
 
 
-def _decompressed(file, head: dict) -> np.ndarray | None:
+def _decompressed(file: BinaryIO, head: dict) -> np.ndarray | None:
     """The bytes that were compressed into the rest of a ``file``; None where they are not those of its ``head``."""
-    data, digest = np.empty(head["bytes"], np.uint8), hashlib.sha256()
-    for begin in range(0, len(data), _CHUNK):
-        size = file.read(8)
-        piece = file.read(min(int.from_bytes(size, "little"), 2 * _CHUNK))
-        chunk = data[begin : begin + _CHUNK]
-        digest.update(size + piece)
-        decoder = zlib.decompressobj()
+    data, digest, decoder, filled = np.empty(head["bytes"], np.uint8), hashlib.sha256(), zlib.decompressobj(), 0
+    while piece := file.read(_CHUNK):
+        digest.update(piece)
         try:
-            ranked = np.frombuffer(decoder.decompress(piece, len(chunk)), np.uint8)
+            # No more is taken than there should be, whatever a small file may swell to.
+            some = np.frombuffer(decoder.decompress(piece, len(data) - filled + 1), np.uint8)
         except zlib.error:
             return None
-        if len(ranked) != len(chunk):
+        if filled + len(some) > len(data):
             return None
-        words = len(chunk) // _WORD * _WORD
-        chunk[:words] = ranked[:words].reshape(_WORD, -1).T.ravel()
-        chunk[words:] = ranked[words:]
-    return data if digest.hexdigest() == head["sha256"] and not file.read(1) else None
+        data[filled : filled + len(some)] = some
+        filled += len(some)
+    return data if filled == len(data) and digest.hexdigest() == head["sha256"] else None
 
 
 @cache

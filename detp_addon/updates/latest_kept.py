@@ -1,4 +1,4 @@
-"""The one bake that is kept for updates, the latest, since each may take much memory; and its file beside the .blend."""
+"""The one bake that is kept for updates: the latest, since each may take much memory; with its file by the .blend."""
 
 from __future__ import annotations
 

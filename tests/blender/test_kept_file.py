@@ -1,4 +1,4 @@
-"""A kept bake beside its .blend: Update goes on from it when the file is opened again, and what is of no use is said."""
+"""A kept bake beside its .blend: Update goes on from it when that is opened again, and what is of no use is said."""
 
 import json
 

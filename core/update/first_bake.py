@@ -122,8 +122,8 @@ class FirstBake:
     tracing        what the tracer of photons was made of beside the scene
     paths          of all photons
     by_rays        all light, with the errors by rays alone
-    rounds         of rays: those of all points, and how many there were of points on average; and how many rays each
-                   point casts in a round
+    common_rounds  of rays, which all points cast, and ``most_rounds``, which those that are hardest to light did
+    ray_count      how many rays each point casts in a round, and how many all points cast in all rounds
     """
 
     scene: Scene
@@ -135,7 +135,9 @@ class FirstBake:
     tracing: tuple
     paths: PhotonPaths
     by_rays: Irradiance
-    rounds: tuple[int, int, float]
+    common_rounds: int
+    most_rounds: int
+    ray_count: tuple[float, int]
     result: BakeResult
 
     @classmethod
@@ -154,7 +156,7 @@ class FirstBake:
         found = cls(
             scene, points, settings, work.places, LearntLamps.of(rays.nearby, rays.group, work.shining), kept,
             work.tracing, paths, rays.irradiance + rays.reflected,
-            (work.common_rounds, rays.done, rays.rays_per_round / len(points)), result,
+            work.common_rounds, rays.done, (rays.rays_per_round / len(points), rays.rays), result,
         )  # fmt: skip
         vars(found).update(shining=work.shining, caster=work.caster, searches=light.searches, reflected=light.reflected)
         return found

@@ -49,6 +49,9 @@ LEAST_BOUNCES = 24
 #: The scene may grow by this share of its radius: lights far away send their photons at the scene as it was.
 GROWTH = 1e-6
 
+#: No difference need be known better than this share of the light.
+LEAST_NOISE = 1e-3
+
 #: Why scenes with metals and glass are not updated.
 SPECULAR = "light off mirrors and through glass cannot be updated"
 
@@ -61,6 +64,9 @@ class BakeSession:
     Only gathered light can be updated, and light that comes by shadow rays: InvalidSettingError for other settings, and
     NotUpdatableError for scenes with metals or glass.
     Of more than ``limit`` bytes of light paths none is kept, and there is no update.
+
+    Attribute ``effort``: rays that the last update cast from points that were found anew, over those of all points in
+    the first bake.
     """
 
     def __init__(self, scene: Scene, points: Points, settings: BakeSettings, limit: int = LIMIT):
@@ -77,6 +83,7 @@ class BakeSession:
         self._journal = PhotonJournal(limit)
         self._base: _Base | None = None
         self._dark = False
+        self.effort = 0.0
 
     @classmethod
     def of(cls, first: FirstBake) -> BakeSession:
@@ -117,7 +124,10 @@ class BakeSession:
         NotUpdatableError before all work where nothing can be kept, and as :meth:`check`; then a new bake is due.
         """
         self.check()
-        return (yield from _Update(self._base, scene, points, fit).steps())
+        work = _Update(self._base, scene, points, fit)
+        result = yield from work.steps()
+        self.effort = work.rays / max(self._base.first.ray_count[1], 1)
+        return result
 
 
 class _Base:
@@ -128,14 +138,13 @@ class _Base:
         places = first.places.origins, first.points.normals, first.points.facing
         #: from where the points look
         self.places = Places(*places, first.lamps.group)
-        #: the relative error of half of the points at most
-        self.noise = float(np.median(first.result.light.relative_errors))
+        #: the relative error of half of the points at most, which may all be known exactly
+        self.noise = max(float(np.median(first.result.light.relative_errors)), LEAST_NOISE)
 
     @property
     def rays_per_point(self) -> float:
         """That a point casts which is found anew."""
-        common, _, each = self.first.rounds
-        return common * each
+        return self.first.common_rounds * self.first.ray_count[0]
 
     def look(self) -> Iterator[object]:
         """Find out what the points see, step by step, unless that is known."""
@@ -156,6 +165,7 @@ class _Update:
         self._base, self._first = base, base.first
         self._scene, self._points, self._fit = scene, points, fit
         self._lights = lights_of(scene)
+        self.rays = 0  # from points that are found anew
         self._stopwatch = Stopwatch("radius", "place", "shadow", "trace", "gather")
         if scene.specular is not None:
             raise NotUpdatableError(SPECULAR)
@@ -263,19 +273,20 @@ class _Update:
         rays = DirectLight(self._scene, self._caster, stands, points.normals[rows], first.settings, self._lights)
         rays.gather(records.reflected, self._lights)
         goal = first.settings.aimed_noise
-        yield from rays.rounds(0, first.rounds[0])
+        yield from rays.rounds(0, first.common_rounds)
         while True:
             spread = rays.reflected_spread(first.records.common_error)
             noise = Irradiance(np.zeros_like(spread.value), spread.standard_error)
             direct, reflected = rays.irradiance, rays.reflected
             found = direct, reflected + noise, direct + reflected
-            if goal is None or rays.done >= first.rounds[1]:
+            self.rays = rays.rays
+            if goal is None or rays.done >= first.most_rounds:
                 return found
             # As the first bake did, it works on where light is hard to find.
             missing = far_off(found[0] + found[1], goal, rays)
             if missing.sum() <= FEW * len(points):
                 return found
-            yield from rays.rounds(rays.done, min(2 * rays.done, first.rounds[1]), where=missing)
+            yield from rays.rounds(rays.done, min(2 * rays.done, first.most_rounds), where=missing)
 
     def _differences(
         self, records: ChangedRecords, kept: np.ndarray

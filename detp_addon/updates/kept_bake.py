@@ -27,6 +27,9 @@ from .kept_file import KeptParts, new_identity
 #: of the memory that is free before a bake, light paths that are kept may take this share
 SHARE = 0.25
 
+#: An update whose points that are found anew cast more than this share of a bake's rays takes about as long as that.
+DEAR = 1 / 3
+
 #: light that is not parted by groups
 ALL = ""
 
@@ -37,7 +40,8 @@ class KeptBake:
     It is to be written beside the .blend if ``on_disk``. ``refused`` says why what was kept for it before is of no use.
 
     Attributes: ``places`` on faces; ``identity``, another one whenever other bakes are kept; ``updated``, whether the
-    last run had no need to bake anything as a whole, and ``notes``: why it had, and why nothing could be kept.
+    last run had no need to bake anything as a whole; ``reasons`` why it had, and why nothing could be kept, as clauses,
+    and ``notes``, the same in sentences.
     """
 
     def __init__(
@@ -79,11 +83,16 @@ class KeptBake:
         return KeptParts(*given, tuple(self._sessions), seeds, bakes)
 
     def _begin(self) -> None:
-        self.updated, self.notes = bool(self._sessions), []
+        self.updated, self.notes, self.reasons = bool(self._sessions), [], []
 
     def __bool__(self) -> bool:
         """Whether there is something to update."""
         return bool(self._sessions)
+
+    @property
+    def dear(self) -> bool:
+        """Whether the last update was not worth it."""
+        return any(session.effort > DEAR for session in self._sessions.values())
 
     def of(self, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> bool:
         """Whether it is of ``scene`` as ``view_layer`` shows it."""
@@ -165,9 +174,11 @@ class KeptBake:
     def _anew(self, reason: str, group: str = ALL) -> None:
         whose = f"The light of '{group}'" if group else "All light"
         self.notes.append(f"{whose} was baked anew, since {reason}.")
+        self.reasons.append(reason)
 
     def _not_kept(self, error: Exception, group: str) -> None:
         self._sessions.pop(group, None)
         reason = error.reason if isinstance(error, NotUpdatableError) else str(error)[0].lower() + str(error)[1:-1]
         if not any(reason in note for note in self.notes):
             self.notes.append(f"This bake cannot be updated, since {reason}.")
+            self.reasons.append(reason)

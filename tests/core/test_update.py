@@ -26,13 +26,14 @@ LAMP = PointLight((2.2, 1.5, 2.2), (100.0, 90.0, 80.0), 0.15)
 BAKES = 5
 
 
-def room(corner=None, colour=(0.8, 0.3, 0.1), lamp=LAMP):
-    """A room, and points on its walls, and a box of half a metre at ``corner`` with points of its own, the last."""
+def room(corner=None, colour=(0.8, 0.3, 0.1), lamp=LAMP, across=5):
+    """A room with points on its walls, ``across`` times as many on each, and a box of half a metre at ``corner`` with
+    points of its own, the last."""
     quads, albedo = box_quads((4, 3, 2.5)), [(0.6, 0.6, 0.6)] * 6
     if corner is not None:
         box = box_quads((0.5, 0.5, 0.5))[:, ::-1] + np.array(corner)
         quads, albedo = np.concatenate([quads, box]), albedo + [colour] * 6
-    return scene_of(quads, np.array(albedo), lights=(lamp,)), Points(*face_points(quads, 5))
+    return scene_of(quads, np.array(albedo), lights=(lamp,)), Points(*face_points(quads, across))
 
 
 def settings(seed=0):
@@ -108,6 +109,21 @@ def test_there_and_back_again_is_exactly_the_first_bake(sessions):
     again = finished(session.update(*room(BOX)))
     assert np.array_equal(again.irradiance, session.first.irradiance)
     assert np.array_equal(again.standard_error, session.first.standard_error)
+
+
+def test_after_many_moves_the_light_is_that_of_the_last_one_alone_and_back_again_the_first():
+    """Errors cannot add up, where an update is a function of the first bake and the scene as it is."""
+    session, generator = BakeSession(*room(BOX, across=2), BakeSettings(error=0.5)), np.random.default_rng(5)
+    first = finished(session.bake())
+    other = BakeSession.of(session.kept)
+    for corner in generator.uniform((0.2, 0.2, 0.0), (3.2, 2.2, 1.5), (25, 3)):
+        last = room(corner, across=2)
+        moved = finished(session.update(*last))
+    alone, back = finished(other.update(*last)), finished(session.update(*room(BOX, across=2)))
+    for one, same in ((moved, alone), (first, back)):
+        assert np.array_equal(one.irradiance, same.irradiance)
+        assert np.array_equal(one.standard_error, same.standard_error)
+    assert not np.array_equal(moved.irradiance, first.irradiance)
 
 
 def test_stronger_lights_of_another_colour_need_nothing_found(sessions):

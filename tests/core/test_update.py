@@ -8,7 +8,10 @@ import pytest
 from detp.core.bake import baked
 from detp.core.errors import InvalidSettingError, NotUpdatableError, SessionTooLargeError
 from detp.core.estimator.estimate import IrradianceEstimate
+from detp.core.lights.area import AreaLight
+from detp.core.lights.environment import EnvironmentWorld
 from detp.core.lights.point import PointLight
+from detp.core.lights.spot import SpotLight
 from detp.core.lights.sun import SunLight
 from detp.core.lights.world import UniformWorld
 from detp.core.packing import packed, unpacked
@@ -218,10 +221,26 @@ def test_exchanged_particles_leave_the_sums_of_the_others():
         assert getattr(found, name) == pytest.approx(getattr(kept.merged(new), name))
 
 
-def test_a_session_that_was_packed_finds_the_same_light(sessions):
-    session = sessions["box"][0]
+LIGHTS = (
+    LAMP,
+    PointLight((1.0, 2.0, 2.0), (5.0, 5.0, 9.0)),
+    SpotLight((3.0, 1.0, 2.4), (0.1, 0.2, -1.0), (60.0, 50.0, 50.0), 1.2, 0.3, 0.05),
+    AreaLight((2.0, 1.5, 2.4), (0.4, 0.0, 0.0), (0.0, 0.3, 0.0), (20.0, 20.0, 30.0)),
+    SunLight((0.3, 0.2, -1.0), (3.0, 3.0, 2.0), 0.1),
+    EnvironmentWorld(np.random.default_rng(6).random((4, 8, 3))),
+)
+
+
+def test_a_session_that_was_packed_finds_the_same_light():
+    scene, points = room(BOX, across=2)
+    emission = np.zeros((len(scene.triangles), 3))
+    emission[3] = 2.0
+    scene = replace(scene, lights=LIGHTS, emission=emission)
+    session = BakeSession(scene, points, BakeSettings(error=0.5))
+    first = finished(session.bake())
     other = BakeSession.of(unpacked(packed(session.kept, KINDS), KINDS))
-    for scene in (room(BOX), room(AWAY)):
-        once, twice = (finished(each.update(*scene)) for each in (session, other))
-        assert twice.irradiance == pytest.approx(once.irradiance, rel=1e-9, abs=1e-12)
-    assert np.array_equal(finished(other.update(*room(BOX))).irradiance, session.first.irradiance)
+    changed, moved = room(AWAY, across=2)
+    changed = replace(changed, lights=scene.lights, emission=scene.emission)
+    once, twice = (finished(each.update(changed, moved)) for each in (session, other))
+    assert twice.irradiance == pytest.approx(once.irradiance, rel=1e-9, abs=1e-12)
+    assert np.array_equal(finished(other.update(scene, points)).irradiance, first.irradiance)

@@ -6,15 +6,16 @@ import bpy
 import numpy as np
 import pytest
 from detp.core.errors import NotUpdatableError
+from detp.detp_addon.command.command import main
 from detp.detp_addon.panel import session
 from detp.detp_addon.updates import kept_file, latest_kept
-from small_scenes import colours, cube, grid, lamp, painted
+from small_scenes import colours, cube, grid, lamp, painted, saved
 
 NAMES, PLACE, AWAY = ("Floor", "Wall", "Box"), (0.5, 0.5, 0.25), (0.0, 0.9, 0.5)
 
 
 @pytest.fixture(scope="module")
-def saved(tmp_path_factory):
+def room(tmp_path_factory):
     """The bytes of a saved .blend and of the bake that was kept beside it, and the first and an updated light."""
     from detp import detp_addon
 
@@ -38,12 +39,12 @@ def saved(tmp_path_factory):
 
 
 @pytest.fixture
-def reopened(saved, tmp_path):
+def reopened(room, tmp_path):
     """Opens the file again, beside which the kept bake's bytes may be others."""
 
     def open_again(kept=lambda data: data, name="room"):
         for suffix, change in ((".blend", lambda data: data), (".detp", kept)):
-            data = change(saved[0]["room" + suffix])
+            data = change(room[0]["room" + suffix])
             if data is not None:
                 (tmp_path / (name + suffix)).write_bytes(data)
         bpy.ops.wm.open_mainfile(filepath=str(tmp_path / f"{name}.blend"))
@@ -62,8 +63,8 @@ def update(to=None):
     return session.latest().outcome.report
 
 
-def test_an_update_after_reopening_is_what_it_would_have_been_before(saved, reopened):
-    _, first, moved = saved
+def test_an_update_after_reopening_is_what_it_would_have_been_before(room, reopened):
+    _, first, moved = room
     reopened()
     assert latest_kept.may_be_read(bpy.context.scene)
     assert update(AWAY).updated
@@ -152,3 +153,26 @@ def test_a_full_disk_is_named_and_leaves_what_was_there(reopened, tmp_path, monk
     bpy.ops.wm.save_mainfile()
     assert "disk is full" in latest_kept.note_of_file(bpy.context.scene)
     assert (tmp_path / "room.detp").read_bytes() == before
+
+
+def test_the_command_keeps_beside_its_output_and_its_next_run_updates(tmp_path, capsys):
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    grid("Floor")
+    cube("Box", (-1.6, -1.6, 0.15), 0.2)
+    lamp()
+    scene, kept = saved(tmp_path / "scene.blend"), tmp_path / "scene_baked.detp"
+    arguments = ["bake", str(scene), "--quality", "draft", "--keep"]
+    assert main(arguments) == 0 and f"Kept {kept}" in capsys.readouterr().out
+    before = kept.read_bytes()
+    bpy.ops.wm.open_mainfile(filepath=str(scene))
+    bpy.data.objects["Box"].location.x = -1.0
+    bpy.ops.wm.save_mainfile()
+    assert main(arguments) == 0 and "Updated 2 objects" in capsys.readouterr().out
+    assert kept.read_bytes() == before
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "scene_baked.blend"))
+    assert latest_kept.read_again(bpy.context.scene, bpy.context.view_layer)
+    # Other options are another bake.
+    assert main([*arguments, "--seed", "1"]) == 0
+    assert "since 'scene_baked.detp' was kept of another bake" in capsys.readouterr().out
+    assert kept.read_bytes() != before
+    assert main(["bake", str(scene), "--keep", "--all-scenes"]) == 2

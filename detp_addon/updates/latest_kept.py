@@ -8,6 +8,7 @@ from pathlib import Path
 import bpy
 
 from ...core.errors import DetpError, NotUpdatableError
+from ...core.memory import memory_errors_named
 from .kept_bake import KeptBake
 from .kept_file import MARK, file_beside, read_kept, write_kept
 
@@ -72,7 +73,8 @@ def write_beside(blend: str) -> None:
     if _written == (path, identity) and path.exists():
         return
     try:
-        size = write_kept(path, _latest.parts, identity)
+        with memory_errors_named():
+            size = write_kept(path, _latest.parts, identity)
     except DetpError as error:
         _note = f"Not kept beside the file: {error}"
     else:

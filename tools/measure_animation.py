@@ -74,7 +74,8 @@ def main() -> int:
         print(f"{name}: z mean {mean.mean():+.3f}, of single frames {mean.min():+.3f} to {mean.max():+.3f}; "
               f"rms {np.sqrt(np.mean(rms**2)):.3f}; error over a whole bake's {np.median(errors):.2f}")  # fmt: skip
     for name, some in lights.items():
-        if len(some) > 2 and (name == "update" or arguments.whole_every == 1):
+        same = len({len(light) for light in some}) == 1  # a face may just lose its area, or get one
+        if same and len(some) > 2 and (name == "update" or arguments.whole_every == 1):
             print(f"flicker, {name}: {flicker(np.array(some)):.3%}")
     return 0
 

@@ -25,13 +25,13 @@ _BALL, _SOFT = -1, -2
 
 
 class LampLight:
-    """Irradiance from ``lamps``, by ``rays`` (a power of two) in a round to all of them together.
+    """Irradiance from the attribute ``lamps``, by ``rays`` (a power of two) in a round to all of them together.
 
     ``learnt`` has what groups of points know of them, and ``stands`` where the points' rays start.
     """
 
     def __init__(self, lamps: Sequence[Light], shadows: Shadows, rays: int, learnt: LearntChoice, stands: Stands):
-        self._lamps, self._shadows, self._rays, self.learnt, self._stands = lamps, shadows, rays, learnt, stands
+        self.lamps, self._shadows, self._rays, self.learnt, self._stands = lamps, shadows, rays, learnt, stands
         self._balls = _Balls(lamps)
         self.rays_per_round = rays
 
@@ -52,7 +52,7 @@ class LampLight:
     @property
     def count(self) -> int:
         """How many lamps there are."""
-        return len(self._lamps)
+        return len(self.lamps)
 
     def unshadowed(self, points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """What their middles would bring to ``points`` (K, 3) with ``normals`` (K, 3) if nothing were in between: RGB
@@ -61,7 +61,7 @@ class LampLight:
         light, strength = np.empty((2, len(points), len(order)))
         middle = np.full((len(points), SHADOW_DIMENSIONS), _MIDDLE)
         for column, number in enumerate(order):
-            rays = self._lamps[number].shadow_rays(points, middle)
+            rays = self.lamps[number].shadow_rays(points, middle)
             strength[:, column] = np.abs(rays.radiance).sum(axis=1) / rays.density
             cosine = np.einsum("ij,ij->i", normals, rays.directions)
             light[:, column] = strength[:, column] * np.maximum(cosine, 0.0)
@@ -76,7 +76,7 @@ class LampLight:
             if kind < 0:
                 rays = self._balls.shadow_rays(kind, chosen[rows], points[rows], uniforms[rows])
             else:
-                rays = self._lamps[kind].shadow_rays(points[rows], uniforms[rows])
+                rays = self.lamps[kind].shadow_rays(points[rows], uniforms[rows])
             for whole, part in zip(found, (rays.directions, rays.distances, rays.radiance, rays.density), strict=True):
                 whole[rows] = part
         return ShadowRays(*found)

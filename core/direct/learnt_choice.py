@@ -38,6 +38,13 @@ class LearntChoice:
         size = len(points) * self.begin.shape[1]
         self._own = np.zeros((2, len(points), self.begin.shape[1]), np.float32) if each and size <= MOST_OWN else None
 
+    @classmethod
+    def known(cls, emitters: Emitters, begin: np.ndarray, end: np.ndarray, learnt: np.ndarray | None) -> LearntChoice:
+        """What groups have ``learnt`` elsewhere of ranges that ``begin`` and ``end`` so (G, K), for :meth:`around`."""
+        found = cls.__new__(cls)
+        found.emitters, found.begin, found.end, found._learnt = emitters, begin, end, learnt
+        return found
+
     def choice(
         self,
         part: slice,

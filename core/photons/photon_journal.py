@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator
-from functools import cached_property
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,11 +19,41 @@ SEGMENT_BYTES = 80
 SEGMENTS_PER_STEP = 1 << 19
 
 
-class PhotonJournal:
-    """Segments of all particles so far, or, once they are more than ``limit`` bytes hold, none at all.
+@dataclass(frozen=True)
+class PhotonPaths:
+    """Segments of all particles, each particle's in the order of its flight, and which of the ``lights`` (P,) each came
+    from, as the tracer numbers them.
 
     Their flux is what each would carry if its particle were the only one.
     """
+
+    segments: Segments
+    lights: np.ndarray
+
+    def touched(
+        self, meets: Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+    ) -> Generator[None, None, tuple[Segments, Segments]]:
+        """The segments of all particles whose way ``meets`` something, up to the first that does so, and from it on;
+        step by step.
+
+        ``meets`` tells which (S,) ways from origins (S, 3) m along unit directions (S, 3) over distances (S,) m do.
+        """
+        whole = self.segments
+        met = np.zeros(len(whole), bool)
+        for some in slices(len(whole), SEGMENTS_PER_STEP):
+            met[some] = meets(whole.origins[some], *towards(whole.ends[some] - whole.origins[some]))
+            yield
+        hit = np.flatnonzero(met)
+        first = np.full(len(self.lights), len(whole))
+        np.minimum.at(first, whole.particle.take(hit), hit)
+        of_particle = first.take(whole.particle)
+        rows = np.flatnonzero(of_particle < len(whole))
+        since = rows >= of_particle.take(rows)
+        return whole.taken(rows[~since]), whole.taken(rows[since])
+
+
+class PhotonJournal:
+    """Keeps the paths of all particles so far, or, once they are more than ``limit`` bytes hold, none at all."""
 
     def __init__(self, limit: int):
         self._most = limit // SEGMENT_BYTES
@@ -52,35 +82,8 @@ class PhotonJournal:
                 f"more than {self._most * SEGMENT_BYTES / 1e9:.1f} GB of light paths would have to be kept for that"
             )
 
-    @cached_property
-    def segments(self) -> Segments:
-        """All of them, each particle's in the order of its flight; to be asked for when all are kept."""
-        joined = Segments.joined(self._parts)
-        self._parts = []
-        return joined
-
-    @cached_property
-    def lights(self) -> np.ndarray:
-        """Which light (P,) each particle came from."""
-        return np.concatenate(self._lights)
-
-    def touched(
-        self, meets: Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
-    ) -> Generator[None, None, tuple[Segments, Segments]]:
-        """The segments of all particles whose way ``meets`` something, up to the first that does so, and from it on;
-        step by step.
-
-        ``meets`` tells which (S,) ways from origins (S, 3) m along unit directions (S, 3) over distances (S,) m do.
-        """
-        whole = self.segments
-        met = np.zeros(len(whole), bool)
-        for some in slices(len(whole), SEGMENTS_PER_STEP):
-            met[some] = meets(whole.origins[some], *towards(whole.ends[some] - whole.origins[some]))
-            yield
-        hit = np.flatnonzero(met)
-        first = np.full(len(self.lights), len(whole))
-        np.minimum.at(first, whole.particle.take(hit), hit)
-        of_particle = first.take(whole.particle)
-        rows = np.flatnonzero(of_particle < len(whole))
-        since = rows >= of_particle.take(rows)
-        return whole.taken(rows[~since]), whole.taken(rows[since])
+    def paths(self) -> PhotonPaths:
+        """All of them; the journal is empty then."""
+        found = PhotonPaths(Segments.joined(self._parts), np.concatenate(self._lights))
+        self._parts, self._lights = [], []
+        return found

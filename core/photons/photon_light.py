@@ -26,12 +26,12 @@ class PhotonSearch:
     """Looks for ``kind`` of light, "direct", "indirect" or "caustic", at ``placed`` discs.
 
     ``half``: of all particles only those with even (0) or odd (1) numbers count; None: all. ``most``: segments after
-    more bounces than this do not count. Attributes ``gatherer``,
-    the search over the discs, to be set before photons come; ``estimate``, what has been found.
+    more bounces than this do not count. Attributes beside these: ``gatherer``, the search over the discs, to be set
+    before photons come; ``estimate``, what has been found.
     """
 
     def __init__(self, kind: str, placed: VisibleDiscs, half: int | None = None, most: int | None = None):
-        self.kind, self.placed, self.half, self._most = kind, placed, half, most
+        self.kind, self.placed, self.half, self.most = kind, placed, half, most
         self.gatherer: Gatherer | None = None
         self.estimate = IrradianceEstimate.empty(placed.area.nested)
 
@@ -40,7 +40,7 @@ class PhotonSearch:
         if self.half is not None:
             segments = segments.taken(segments.particle & 1 == self.half).weighted(2.0)
         some = segments.of_kind(self.kind)
-        return some if self._most is None else some.taken(some.bounce <= self._most)
+        return some if self.most is None else some.taken(some.bounce <= self.most)
 
     def count(self, particles: int) -> int:
         """How many of so many ``particles`` count."""

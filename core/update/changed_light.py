@@ -6,7 +6,6 @@ from collections.abc import Generator, Iterator, Sequence
 
 import numpy as np
 
-from ..bake import Baking
 from ..estimator.estimate import Accumulator, IrradianceEstimate
 from ..estimator.standpoints import Standpoints
 from ..gather.record_light import RecordLight
@@ -15,17 +14,16 @@ from ..gather.reflected_light import ReflectedLight
 from ..gatherers.choose import make_gatherer
 from ..lights.light import Light
 from ..parallel import ordered_map, slices
-from ..photons.photon_journal import PhotonJournal
 from ..photons.photon_light import PhotonSearch
 from ..photons.tracing import PhotonTracer
 from ..random_streams import random_stream
 from ..rays import RayCaster
 from ..scene import Scene
 from ..segments import Segments
-from ..settings import BakeSettings
 from ..stages import collected
 from .changed_places import Sight
 from .differences import POINTS_PER_CHUNK, LightDifferences, Places
+from .first_bake import FirstBake
 from .patched_records import PatchedRecords
 
 #: Rays that look for where records are needed around what changed, and from each record to the lights: at first, and
@@ -34,20 +32,20 @@ SCOUTS, FIRST_RAYS, MORE_RAYS = 1 << 16, 1, 32
 
 
 class ChangedRecords:
-    """The records of a bake, whose ``work`` is done, in the ``scene`` after ``changes``, with its ``lights``.
+    """The records of the ``first`` bake in the ``scene`` after ``changes``, with its ``lights``.
 
     Attributes, once all stages are done: ``reflected``, the light that surfaces send on; ``delta`` (C + 1, 3) by how
     much there is more irradiance at each cell of the first bake, and whether (C + 1,) that is known.
     """
 
     def __init__(
-        self, work: Baking, scene: Scene, caster: RayCaster, changes: LightDifferences, lights: Sequence[Light]
+        self, first: FirstBake, scene: Scene, caster: RayCaster, changes: LightDifferences, lights: Sequence[Light]
     ):
-        self._work, self._scene, self._caster, self._changes, self._lights = work, scene, caster, changes, lights
+        self._first, self._scene, self._caster, self._changes, self._lights = first, scene, caster, changes, lights
 
-    def trace(self, journal: PhotonJournal, seed: int) -> Iterator[None]:
+    def trace(self) -> Iterator[None]:
         """Trace the photons anew that meet what changed, from there on, step by step."""
-        changes = self._changes
+        changes, paths = self._changes, self._first.paths
 
         def meets(origins: np.ndarray, directions: np.ndarray, lengths: np.ndarray) -> np.ndarray:
             found = changes.balls.crossed(origins, directions, lengths)
@@ -55,26 +53,26 @@ class ChangedRecords:
             found[rows] = changes.meets(origins[rows], directions[rows], lengths[rows])
             return found
 
-        before, since = yield from journal.touched(meets)
-        tracer = PhotonTracer(self._scene, self._caster, *self._work.tracing).keeping_all()
+        before, since = yield from paths.touched(meets)
+        tracer = PhotonTracer(self._scene, self._caster, *self._first.tracing).keeping_all()
         _, first = np.unique(since.particle, return_index=True)
         begun = since.taken(np.sort(first))
-        onward = tracer.resumed(begun, journal.lights.take(begun.particle), random_stream(seed, "changes", 2))
+        onward = tracer.resumed(
+            begun, paths.lights.take(begun.particle), random_stream(self._first.settings.seed, "changes", 2)
+        )
         self._gone, self._come = Segments.joined([before, since]), Segments.joined([before, onward])
-        touched = np.zeros(len(journal.lights), bool)
+        touched = np.zeros(len(paths.lights), bool)
         touched[begun.particle] = True
-        kept = journal.segments.taken(np.flatnonzero(~touched.take(journal.segments.particle)))
-        self._all, self._particles = Segments.joined([kept, self._come]), len(journal.lights)
+        kept = paths.segments.taken(np.flatnonzero(~touched.take(paths.segments.particle)))
+        self._all, self._particles = Segments.joined([kept, self._come]), len(paths.lights)
 
-    def place(
-        self, kept: Places, anew: Standpoints | None, facing: np.ndarray, settings: BakeSettings
-    ) -> Iterator[object]:
+    def place(self, kept: Places, anew: Standpoints | None, facing: np.ndarray) -> Iterator[object]:
         """Place records where those of the first bake no longer hold, and where points look that are found ``anew``,
         step by step.
 
         ``kept`` are the other points' places; ``facing`` are the normals of those ``anew``.
         """
-        records, balls = self._work.records.records, self._changes.balls
+        records, balls, settings = self._first.records, self._changes.balls, self._first.settings
         margin = np.maximum(records.radii, np.tile(records.sides, 2))
         gone = balls.reach(records.held.places, margin).reshape(2, -1).any(axis=0)
         around = yield from self._seen_around(kept, settings.seed)
@@ -87,17 +85,17 @@ class ChangedRecords:
         self._fresh = RecordLight(self._scene, self._caster, fresh, settings, self._lights, False)
         self._patched = PatchedRecords(records.finder, fresh.finder, ~gone)
         if len(fresh):
-            kinds = sorted({search.kind for search in self._work.records.searches})
+            kinds = sorted({search.kind for search in self._first.searches})
             yield from self._fresh.place(kinds)
 
     def _margin(self, landings: Landings) -> np.ndarray:
         """Sides (K,) of the cells that rays which landed so look into, metres."""
-        return self._work.records.records.finder.sides_of(landings.lengths)
+        return self._first.records.finder.sides_of(landings.lengths)
 
     def _seen_around(self, kept: Places, seed: int) -> Generator[object, None, Landings]:
         """Where rays from ``kept`` places land that go towards what changed."""
         some = kept.taken(slice(None, None, -(-len(kept) * max(len(self._changes.balls), 1) // SCOUTS) or 1))
-        reflected = ReflectedLight(self._scene, self._caster, self._lights, self._work.records.records.finder, 1)
+        reflected = ReflectedLight(self._scene, self._caster, self._lights, self._first.records.finder, 1)
 
         def seen(rows: slice) -> Landings:
             places = some.taken(rows)
@@ -109,23 +107,23 @@ class ChangedRecords:
         found = yield from collected(ordered_map(seen, slices(len(some), POINTS_PER_CHUNK)))
         return Landings.joined(found) if found else Landings(*np.zeros((3, 0, 3)), np.zeros(0))
 
-    def light(self, settings: BakeSettings) -> Iterator[None]:
+    def light(self) -> Iterator[None]:
         """Find the light of all records, and by how much it changed, step by step."""
-        work, fresh = self._work, self._fresh
-        records, patched = work.records, self._patched
+        first, fresh, patched = self._first, self._fresh, self._patched
+        records, settings = first.records, first.settings
         exchanged = {}
-        for search in records.searches:
+        for search in first.searches:
             exchanged[search.kind, search.half] = self._exchanged(search)
             yield
         for search in fresh.searches:
             # The hybrid's other half: the first bake's discs keep theirs, see _exchanged.
             discs, every = search.placed.discs, np.ones(len(search.placed.discs), bool)
             search.gatherer, _ = make_gatherer(settings.gatherer, discs, max(len(self._all), 1), self._all, every)
-            samples = next(s.estimate.samples for s in records.searches if s.half == search.half)
+            samples = next(s.estimate.samples for s in first.searches if s.half == search.half)
             search.estimate = self._gathered(search, self._all, samples)
             yield
         yield from fresh.look_at_lights()
-        cells, found = len(records), {name: value.copy() for name, value in records.found.items()}
+        cells, found = len(records.sides), {"direct": records.direct.copy(), "indirect": records.indirect.copy()}
         for (kind, half), (rows, value) in exchanged.items():
             found[kind][half * cells + rows] = value
         found["direct"] += yield from self._more_from_lights(settings.seed)
@@ -133,7 +131,7 @@ class ChangedRecords:
         self.reflected = ReflectedLight(self._scene, self._caster, self._lights, patched, settings.bounces)
         self.reflected.know(*(patched.joined(found[name], more[name]) for name in ("direct", "indirect")))
         known = patched.after >= 0
-        delta = self.reflected.known.take(patched.after, axis=0) - records.reflected.known
+        delta = self.reflected.known.take(patched.after, axis=0) - first.reflected.known
         self.delta = np.where(known[:, None], delta, 0.0), known
 
     def _exchanged(self, search: PhotonSearch) -> tuple[np.ndarray, np.ndarray]:
@@ -156,12 +154,13 @@ class ChangedRecords:
 
     def _more_from_lights(self, seed: int) -> Generator[None, None, np.ndarray]:
         """How much more (2 C, 3) W/m^2 comes straight from the lights to the records of the first bake."""
-        rays, held, changes = self._work.records.shadow_rays, self._work.records.records.held, self._changes
+        first, changes = self._first.records, self._changes
+        held = first.held
         more = np.zeros((len(held.places), 3))
-        if rays is None or len(changes.balls) == 0:
+        if first.lamps is None or len(changes.balls) == 0:
             return more
-        lamps = rays.nearby.of_lamps()
-        places = Places(held.stands, held.normals, held.normals, rays.group)
+        lamps = first.lamps.among(self._first.shining)
+        places = Places(held.stands, held.normals, held.normals, first.lamps.group)
 
         def found(task: tuple[int, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
             count, rows = task

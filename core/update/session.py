@@ -7,8 +7,7 @@ and a scene that is again what it was has its first light.
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 
 import numpy as np
 
@@ -34,6 +33,7 @@ from ..stages import Stopwatch, collected
 from .changed_light import ChangedRecords
 from .changed_places import Balls, Sight
 from .differences import NOISE, POINTS_PER_CHUNK, Differences, LightDifferences, Places, Surfaces, Views
+from .first_bake import FirstBake
 from .matching import light_scale, same_lights, same_points, same_triangles
 
 #: Bytes of light paths that a session keeps at most.
@@ -49,6 +49,9 @@ LEAST_BOUNCES = 24
 #: The scene may grow by this share of its radius: lights far away send their photons at the scene as it was.
 GROWTH = 1e-6
 
+#: No difference need be known better than this share of the light.
+LEAST_NOISE = 1e-3
+
 #: Why scenes with metals and glass are not updated.
 SPECULAR = "light off mirrors and through glass cannot be updated"
 
@@ -61,6 +64,9 @@ class BakeSession:
     Only gathered light can be updated, and light that comes by shadow rays: InvalidSettingError for other settings, and
     NotUpdatableError for scenes with metals or glass.
     Of more than ``limit`` bytes of light paths none is kept, and there is no update.
+
+    Attribute ``effort``: rays that the last update cast from points that were found anew, over those of all points in
+    the first bake.
     """
 
     def __init__(self, scene: Scene, points: Points, settings: BakeSettings, limit: int = LIMIT):
@@ -76,23 +82,40 @@ class BakeSession:
         self._scene, self._points, self._settings = scene, points, settings
         self._journal = PhotonJournal(limit)
         self._base: _Base | None = None
+        self._dark = False
+        self.effort = 0.0
+
+    @classmethod
+    def of(cls, first: FirstBake) -> BakeSession:
+        """A session whose ``first`` bake was made by another one."""
+        session = cls(first.scene, first.points, first.settings)
+        session._base = _Base(first)
+        return session
+
+    @property
+    def kept(self) -> FirstBake:
+        """What is kept of the first bake; raises as :meth:`check`."""
+        self.check()
+        return self._base.first
 
     def bake(self, fit: VertexFit | None = None) -> Stage:
         """The first bake, as :func:`..bake.bake` does it; the light is the same."""
         work = Baking(self._scene, self._points, self._settings, fit, journal=self._journal)
         result = yield from work.stages()
-        if not self._journal.full:
-            self._base = _Base(self._scene, self._points, self._settings, work, self._journal, result)
+        self._dark = not work.gathers
+        if not (self._journal.full or self._dark):
+            given = self._scene, self._points, self._settings
+            self._base = _Base(FirstBake.of(*given, work, self._journal.paths(), result))
         return result
 
     def check(self) -> None:
         """Raise NotUpdatableError where no bake or nothing of it is kept, and SessionTooLargeError where it was too
         much."""
         self._journal.check()
+        if self._dark:
+            raise NotUpdatableError("nothing in the scene reflects light")
         if self._base is None:
             raise NotUpdatableError("there is no finished bake to update")
-        if not self._base.work.gathers:
-            raise NotUpdatableError("nothing in the scene reflects light")
 
     def update(self, scene: Scene, points: Points, fit: VertexFit | None = None) -> Stage:
         """The light at ``points`` in a ``scene`` that differs from the first one, wherever it does.
@@ -101,46 +124,33 @@ class BakeSession:
         NotUpdatableError before all work where nothing can be kept, and as :meth:`check`; then a new bake is due.
         """
         self.check()
-        return (yield from _Update(self._base, scene, points, fit).steps())
+        work = _Update(self._base, scene, points, fit)
+        result = yield from work.steps()
+        self.effort = work.rays / max(self._base.first.ray_count[1], 1)
+        return result
 
 
-@dataclass
 class _Base:
-    """The first bake, and its ``views`` once they are known."""
+    """The ``first`` bake, and its ``views`` once they are known."""
 
-    scene: Scene
-    points: Points
-    settings: BakeSettings
-    work: Baking
-    journal: PhotonJournal
-    result: BakeResult
-    views: Views | None = None
-
-    @cached_property
-    def places(self) -> Places:
-        """From where the points look."""
-        return Places(self.work.places.origins, self.points.normals, self.points.facing, self.work.rays.group)
-
-    @cached_property
-    def by_rays(self) -> Irradiance:
-        """All light, with the errors by rays alone."""
-        return self.work.rays.irradiance + self.work.rays.reflected
-
-    @cached_property
-    def noise(self) -> float:
-        """The relative error of half of the points at most."""
-        return float(np.median(self.result.light.relative_errors))
+    def __init__(self, first: FirstBake):
+        self.first, self.views = first, None
+        places = first.places.origins, first.points.normals, first.points.facing
+        #: from where the points look
+        self.places = Places(*places, first.lamps.group)
+        #: the relative error of half of the points at most, which may all be known exactly
+        self.noise = max(float(np.median(first.result.light.relative_errors)), LEAST_NOISE)
 
     @property
     def rays_per_point(self) -> float:
         """That a point casts which is found anew."""
-        return self.work.common_rounds * self.work.rays.rays_per_round / len(self.points)
+        return self.first.common_rounds * self.first.ray_count[0]
 
     def look(self) -> Iterator[object]:
         """Find out what the points see, step by step, unless that is known."""
         if self.views is None:
-            records = self.work.records
-            self.views = yield from Views.of(self.places, records.reflected, records.records.finder, self.settings.seed)
+            first = self.first
+            self.views = yield from Views.of(self.places, first.reflected, first.records.finder, first.settings.seed)
 
 
 class _Update:
@@ -148,54 +158,56 @@ class _Update:
 
     def __init__(self, base: _Base, scene: Scene, points: Points, fit: VertexFit | None):
         # Light is in proportion to the strength of its sources, so that no other is to be found.
-        scale = light_scale(base.scene.lights, scene.lights)
+        scale = light_scale(base.first.scene.lights, scene.lights)
         self._scale = None if scale is None or (scale == 1.0).all() else scale
         if self._scale is not None and not scene.emission.any():
-            scene = replace(scene, lights=base.scene.lights)
-        self._base, self._scene, self._points, self._fit = base, scene, points, fit
+            scene = replace(scene, lights=base.first.scene.lights)
+        self._base, self._first = base, base.first
+        self._scene, self._points, self._fit = scene, points, fit
         self._lights = lights_of(scene)
+        self.rays = 0  # from points that are found anew
         self._stopwatch = Stopwatch("radius", "place", "shadow", "trace", "gather")
         if scene.specular is not None:
             raise NotUpdatableError(SPECULAR)
-        if not same_lights(base.work.shining, self._lights):
+        if not same_lights(base.first.shining, self._lights):
             raise NotUpdatableError("the lights have changed, so that all light is another")
         self._find_changes()
 
     def _find_changes(self) -> None:
-        base, scene = self._base, self._scene
-        same = same_triangles(base.scene, scene)
-        gone = np.setdiff1d(np.arange(len(base.scene.triangles)), same)
+        first, scene = self._first, self._scene
+        same = same_triangles(first.scene, scene)
+        gone = np.setdiff1d(np.arange(len(first.scene.triangles)), same)
         come = np.flatnonzero(same < 0)
         corners = scene.corners[come].reshape(-1, 3)
-        room = base.scene.bounds.expanded(GROWTH * base.scene.bounds.radius)
+        room = first.scene.bounds.expanded(GROWTH * first.scene.bounds.radius)
         if len(come) and ((corners < room.lower) | (corners > room.upper)).any():
             raise NotUpdatableError("something has left the box that held the whole scene")
-        self._caster = RayCaster(scene.corners, base.points.centres)
-        balls = Balls.around(base.scene.corners[gone], scene.corners[come])
-        parts = [c.part(rows) for c, rows in ((base.work.caster, gone), (self._caster, come)) if len(rows)]
-        before = Surfaces.of(base.scene, base.work.caster, base.work.shining)
+        self._caster = RayCaster(scene.corners, first.points.centres)
+        balls = Balls.around(first.scene.corners[gone], scene.corners[come])
+        parts = [c.part(rows) for c, rows in ((first.caster, gone), (self._caster, come)) if len(rows)]
+        before = Surfaces.of(first.scene, first.caster, first.shining)
         self._changes = LightDifferences(before, Surfaces.of(scene, self._caster, self._lights), balls, parts)
-        self._same = same_points(base.points, self._points)
+        self._same = same_points(first.points, self._points)
 
     def steps(self) -> Stage:
         base, timed = self._base, self._stopwatch.timed
         yield Progress("Looking for what changed", 0.0)
         anew = yield from during("Looking for what changed", 0.0, timed("shadow", self._to_find_anew()))
         yield Progress("Placing the points", 0.05)
-        if len(self._changes.balls) == 0 and np.array_equal(self._same, np.arange(len(base.points))):
-            return self._in_scale(replace(base.result, seconds=self._stopwatch.seconds))
+        if len(self._changes.balls) == 0 and np.array_equal(self._same, np.arange(len(base.first.points))):
+            return self._in_scale(replace(base.first.result, seconds=self._stopwatch.seconds))
         rows = np.flatnonzero(anew)
         places = yield from during("Placing the points", 0.05, timed("place", self._stand(rows)))
         yield Progress("Tracing photons", 0.1)
-        records = ChangedRecords(base.work, self._scene, self._caster, self._changes, self._lights)
-        tracing = records.trace(base.journal, base.settings.seed)
+        records = ChangedRecords(base.first, self._scene, self._caster, self._changes, self._lights)
+        tracing = records.trace()
         yield from during("Tracing photons", 0.1, timed("trace", tracing))
         yield Progress("Placing the records", 0.2)
         kept = base.places.taken(np.unique(self._same[~anew]))
-        placing = records.place(kept, places, self._points.facing[rows], base.settings)
+        placing = records.place(kept, places, self._points.facing[rows])
         yield from during("Placing the records", 0.2, timed("place", placing))
         yield Progress("Lighting the records", 0.3)
-        yield from during("Lighting the records", 0.3, timed("gather", records.light(base.settings)))
+        yield from during("Lighting the records", 0.3, timed("gather", records.light()))
         yield Progress("Casting rays", 0.5)
         casting = self._find_anew(rows, places, records)
         found = yield from during("Casting rays", 0.5, timed("shadow", casting))
@@ -212,7 +224,7 @@ class _Update:
         anew |= balls.distances(self._points.centres) < NEAR
         if len(balls) == 0:
             return anew
-        lamps, group = base.work.rays.nearby.of_lamps(), base.places.group[self._same]
+        lamps, group = base.first.nearby, base.places.group[self._same]
         # Of two scenes, differences take twice the rays.
         dear, noise = 0.5 * base.rays_per_point, NOISE * base.noise
         rows = np.flatnonzero(~anew)
@@ -223,7 +235,7 @@ class _Update:
         def shaded(task: tuple[int, np.ndarray]) -> np.ndarray:
             count, rows = task
             some = base.places.taken(self._same[rows])
-            generator = random_stream(base.settings.seed, "changes", 0, count, rows[0])
+            generator = random_stream(base.first.settings.seed, "changes", 0, count, rows[0])
             sight = Sight.of(balls, some.origins, some.normals)
             row, light = self._changes.aimed(sight, some, lamps, count, generator)
             return rows[np.unique(row[light.any(axis=1)])]
@@ -255,25 +267,26 @@ class _Update:
         any."""
         if places is None:
             return None
-        base, points = self._base, self._points
+        first, points = self._first, self._points
         facing = None if points.flat else points.facing[rows]
         stands = Stands(points.centres[rows], places.origins, facing)
-        rays = DirectLight(self._scene, self._caster, stands, points.normals[rows], base.settings, self._lights)
+        rays = DirectLight(self._scene, self._caster, stands, points.normals[rows], first.settings, self._lights)
         rays.gather(records.reflected, self._lights)
-        goal = base.settings.aimed_noise
-        yield from rays.rounds(0, base.work.common_rounds)
+        goal = first.settings.aimed_noise
+        yield from rays.rounds(0, first.common_rounds)
         while True:
-            spread = rays.reflected_spread(base.work.records.common_error)
+            spread = rays.reflected_spread(first.records.common_error)
             noise = Irradiance(np.zeros_like(spread.value), spread.standard_error)
             direct, reflected = rays.irradiance, rays.reflected
             found = direct, reflected + noise, direct + reflected
-            if goal is None or rays.done >= base.work.rays.done:
+            self.rays = rays.rays
+            if goal is None or rays.done >= first.most_rounds:
                 return found
             # As the first bake did, it works on where light is hard to find.
             missing = far_off(found[0] + found[1], goal, rays)
             if missing.sum() <= FEW * len(points):
                 return found
-            yield from rays.rounds(rays.done, min(2 * rays.done, base.work.rays.done), where=missing)
+            yield from rays.rounds(rays.done, min(2 * rays.done, first.most_rounds), where=missing)
 
     def _differences(
         self, records: ChangedRecords, kept: np.ndarray
@@ -282,20 +295,20 @@ class _Update:
         base = self._base
         differences = Differences(
             self._changes,
-            (records.reflected, base.work.records.reflected),
-            base.work.records.records.finder,
+            (records.reflected, base.first.reflected),
+            base.first.records.finder,
             *records.delta,
-            base.work.rays.nearby.of_lamps(),
+            base.first.nearby,
         )
         yield from base.look()
         # In the order of the first bake, whose views are kept.
         olds = self._same[kept]
-        wanted = np.zeros(len(base.points), bool)
+        wanted = np.zeros(len(base.first.points), bool)
         wanted[olds] = True
-        usual = base.result.irradiance.sum(axis=1)
+        usual = base.first.result.irradiance.sum(axis=1)
 
         def found(rows: slice):
-            generator = random_stream(base.settings.seed, "changes", 1, rows.start)
+            generator = random_stream(base.first.settings.seed, "changes", 1, rows.start)
             some, light = rows.start + np.flatnonzero(wanted[rows]), np.zeros((4, rows.stop - rows.start, 3))
             if len(some):
                 places, views = base.places.taken(some), base.views.taken(some)
@@ -303,14 +316,14 @@ class _Update:
                 light[:, some - rows.start] = [part for each in sums for part in (each.value, each.squared)]
             return light
 
-        parts = yield from collected(ordered_map(found, slices(len(base.points), POINTS_PER_CHUNK)))
+        parts = yield from collected(ordered_map(found, slices(len(base.first.points), POINTS_PER_CHUNK)))
         direct, direct_error, indirect, indirect_error = np.concatenate(parts, axis=1)[:, olds]
         return Irradiance(direct, np.sqrt(direct_error)), Irradiance(indirect, np.sqrt(indirect_error))
 
     def _joined(self, anew: np.ndarray, places: Standpoints | None, found, more) -> BakeResult:
-        base, olds = self._base, self._same[~anew]
+        first, olds = self._first, self._same[~anew]
         lights, more = [], (*more, more[0] + more[1])
-        for number, light in enumerate((base.result.direct, base.result.indirect, base.by_rays)):
+        for number, light in enumerate((first.result.direct, first.result.indirect, first.by_rays)):
             value, error = np.zeros((2, len(anew), 3))
             known = Irradiance(light.value[olds], light.standard_error[olds]) + more[number]
             value[~anew], error[~anew] = known.value, known.standard_error
@@ -319,7 +332,7 @@ class _Update:
             lights.append(Irradiance(value, error))
         stood = {}
         for name in ("open", "coarse", "enclosed"):
-            old = getattr(base.work.places, name)
+            old = getattr(first.places, name)
             stood[name] = np.zeros(len(anew), old.dtype)
             stood[name][~anew] = old[olds]
             if places is not None:
@@ -329,9 +342,9 @@ class _Update:
         if self._fit is not None:
             seen = self._fit.seen(light, np.where(hidden, 0.0, stood["open"]), lights[2])
         seconds = self._stopwatch.seconds
-        doubtful = np.where(self._same >= 0, base.result.doubtful.take(self._same), seen.doubtful)
+        doubtful = np.where(self._same >= 0, first.result.doubtful.take(self._same), seen.doubtful)
         light = {"direct": lights[0], "indirect": lights[1], "seen": seen, "doubtful": doubtful}
-        found = replace(base.result, **light, hidden=hidden, **stood, seconds=seconds)
+        found = replace(first.result, **light, hidden=hidden, **stood, seconds=seconds)
         return self._in_scale(found)
 
     def _in_scale(self, found: BakeResult) -> BakeResult:

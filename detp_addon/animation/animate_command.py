@@ -32,6 +32,10 @@ def add_bake_animation(commands) -> None:
         help="bake objects that do not move once, at the first frame: they show no shadow or light of those that do",
     )  # fmt: skip
     bake.add_argument(
+        "--whole", action="store_true",
+        help="bake each frame as a whole, though it may be an update of the first: exactly what a still bake gives",
+    )  # fmt: skip
+    bake.add_argument(
         "-o", dest="output", metavar="OUT.blend", help="where it goes (default: <scene>_animated.blend beside it)"
     )
     bake.add_argument(

@@ -39,7 +39,7 @@ def animate_file(source: Path, output: Path, options: dict, frames: Frames, disp
     if options["dry_run"]:
         display.line(_foreseen(scene, layer, request, frames))
         return
-    steps = bake_animation(scene, layer, request, frames, options["moving_only"])
+    steps = bake_animation(scene, layer, request, frames, options["moving_only"], options["whole"])
     report = finished_bake(steps, source.stem, display)
     notes = list(opening)
     if options["use_in_material"] is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -18,7 +19,8 @@ from ..materials.use_light import refresh_materials
 from ..report import BakeReport
 from ..request import BakeRequest
 from ..steps import JobProgress
-from ..wording import some
+from ..updates.kept_bake import KeptBake
+from ..wording import counted, some
 from ..writing.encoding import encoded, fitted_scale
 from ..writing.write_attributes import MeshColours, write_colours
 from .frames import Frames
@@ -28,6 +30,9 @@ from .playback import key_name, remove_playback, tidy_playback, write_playback
 #: an object by its name and library, since references do not survive an undo
 Key = tuple[str, str | None]
 
+#: why frames are baked as a whole that could be updates
+_DEAR = "so much is seen of what moves that an update takes as long"
+
 
 def bake_animation(
     scene: bpy.types.Scene,
@@ -35,24 +40,30 @@ def bake_animation(
     request: BakeRequest,
     frames: Frames,
     moving_only: bool = False,
+    whole: bool = False,
 ) -> Generator[JobProgress, bool | None, BakeReport]:
     """Bake the light of ``scene`` at the key frames of ``frames`` as ``request`` says, and let it play.
 
-    Each frame has the same seed, so that what does not change does not flicker; a time or a number of photons is that
-    of one frame. With ``moving_only`` objects that do not move keep the light of the first frame. The rest is as for
-    :func:`.job.bake_scene`; sending True ends it once two frames are done. Objects whose faces come and go are named
-    and left out. Nothing of the user's is touched before the last step, the current frame included. Raises DetpError.
+    Frames after the first are updates of it, as far as that goes, unless each is to be baked ``whole``; the report says
+    how many were not, and why. Each has the same seed, so that what does not change does not flicker; a time or a
+    number of photons is that of one frame. With ``moving_only`` objects that do not move keep the light of the first
+    frame. The rest is as for :func:`.job.bake_scene`; sending True ends it once two frames are done. Objects whose
+    faces come and go are named and left out. Nothing of the user's is touched before the last step, the current frame
+    included. Raises DetpError.
     """
     if request.split or request.by_light:
         raise InvalidSettingError("An animation has no parts: leave the split, and the bake by light, away.")
     key_name(request.attribute, len(frames.keys))
     with memory_errors_named():
-        return (yield from _steps(scene, view_layer, request, frames, moving_only))
+        return (yield from _steps(scene, view_layer, request, frames, moving_only, whole))
 
 
 @dataclass
 class _Kept:
-    """What frames have brought: rgb (M, 3) of each by object, None where it was not there; and what is to be said."""
+    """What frames have brought: rgb (M, 3) of each by object, None where it was not there; and what is to be said.
+
+    ``whole`` counts the frames that were no updates, by the reason.
+    """
 
     attribute: str
     colours: dict[Key, list[np.ndarray | None]] = field(default_factory=dict)
@@ -62,6 +73,7 @@ class _Kept:
     count: int = 0
     scale: float | None = None
     dark: set[int] = field(default_factory=set)
+    whole: Counter[str] = field(default_factory=Counter)
 
     def take(self, found: FoundLight, colours: Sequence[MeshColours], warnings: Sequence[str]) -> None:
         """Add a frame."""
@@ -85,6 +97,18 @@ class _Kept:
             values.append(None)
         return why
 
+    def count_whole(self, reasons: Sequence[str]) -> None:
+        """The frame that was added last was baked as a whole for these ``reasons``, or is an update without any."""
+        self.whole.update(set(reasons))
+
+    def whole_frames(self) -> list[str]:
+        """A sentence for each of the reasons."""
+        all_frames = counted(self.count, "frame")
+        return [
+            f"Of {all_frames} {count} {'was' if count == 1 else 'were'} baked as a whole, since {reason}."
+            for reason, count in self.whole.items()
+        ]
+
     def refuse_changing(self) -> list[str]:
         """Drop the objects whose faces come and go, and return a sentence on them."""
         changing = [key for key, sizes in self.rendered.items() if len(sizes) > 1]
@@ -98,14 +122,20 @@ class _Kept:
 
 
 def _steps(
-    scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, request: BakeRequest, frames: Frames, moving_only: bool
+    scene: bpy.types.Scene,
+    view_layer: bpy.types.ViewLayer,
+    request: BakeRequest,
+    frames: Frames,
+    moving_only: bool,
+    whole: bool,
 ) -> Generator[JobProgress, bool | None, BakeReport]:
     start, kept, report, keys = time.perf_counter(), _Kept(request.attribute), None, frames.keys
     names, others = (scene.name, view_layer.name), not_baked(scene, view_layer)
     asked, still, dark = request, set(), None
+    base, dear = None if whole else KeptBake(scene, view_layer, request), False
     for number, frame in enumerate(keys):
         begin = time.perf_counter()
-        steps = found_light(scene, view_layer, asked, None, begin, frame)
+        steps = found_light(scene, view_layer, asked, None, begin, frame, base)
         try:
             found = yield from _of_frame(steps, number, len(keys), start)
         except NoLightError as error:
@@ -120,6 +150,9 @@ def _steps(
         values, colours, gone = found.colours(asked)
         report = report or found.report(scene, values, begin)
         kept.take(found, colours, (*gone, *found.doubts(scene, asked)))
+        kept.count_whole(base.reasons if base is not None else [_DEAR] if dear else [])
+        if base is not None and base.dear:
+            base, dear = None, True
         kept.error = np.fmax(kept.error, found.whole.relative_error)
         if moving_only and asked is request:
             moving = _moving(scene, view_layer, request)
@@ -131,6 +164,7 @@ def _steps(
     if report is None:
         raise dark
     refused = kept.refuse_changing()
+    base = None  # what it holds is not needed while all frames are written
     if not kept.colours:
         raise NoMeshError(refused[0])
 
@@ -163,7 +197,7 @@ def _steps(
         brightness=brightness,
         blender_scene=names[0],
         view_layer=names[1],
-        warnings=(*others, *refused, *notes, *kept.warnings),
+        warnings=(*others, *refused, *kept.whole_frames(), *notes, *kept.warnings),
     )
 
 

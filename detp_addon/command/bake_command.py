@@ -21,6 +21,10 @@ def run_bake(arguments: argparse.Namespace) -> int:
         raise InvalidSettingError(f"At least 1 file must be baked at a time, not {arguments.jobs}.")
     if arguments.time_limit is not None and not arguments.time_limit > 0:
         raise InvalidSettingError(f"The time limit must be above 0 s, not {arguments.time_limit:g}.")
+    if arguments.keep and (arguments.all_scenes or arguments.cluster):
+        raise InvalidSettingError(
+            "Kept are bakes of one scene, by this machine: leave --all-scenes and --cluster away."
+        )
     scenes = find_scenes(arguments.scenes, arguments.recursive, _standard_input(), arguments.output)
     outputs = plan_outputs(scenes, arguments.output)
     previews, report = plan_side_files(scenes, arguments.preview, arguments.report)

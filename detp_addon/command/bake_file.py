@@ -33,6 +33,7 @@ from ..writing.modifiers import apply_modifiers
 from .bake_options import bake_settings
 from .blender_output import blender_silenced
 from .jobs import BAKED, FORESEEN, Outcome, SceneJob, failed, light_options, previews_of, skipped
+from .kept_output import KeptOutput
 
 
 class Display(Protocol):
@@ -114,7 +115,7 @@ def _bake(
     # Saving takes about as long as opening, and counts against the time of the bake as well.
     spent = 2.0 * (time.perf_counter() - begin)
     views = chosen_views(choice)
-    reports, refusals = {}, []
+    reports, refusals, kept = {}, [], KeptOutput(job, options)
     for scene, layer in views:
         asked = request if len(views) == 1 else replace(request, targets=targets_in(scene, request.targets))
         title = job.scene.stem if len(views) == 1 else f"{job.scene.stem}, {scene.name}"
@@ -125,7 +126,8 @@ def _bake(
             begin = time.perf_counter()
             divided = _subdivided(scene, layer, asked, options["subdivide"], title, display)
             spent += time.perf_counter() - begin
-            steps = bake_scene(scene, layer, asked, spent=spent, scenes_too=[scene for scene, _ in views])
+            scenes = [scene for scene, _ in views]
+            steps = bake_scene(scene, layer, asked, None, spent, scenes, kept.of(scene, layer, asked))
             report = finished_bake(steps, title, display)
             if divided is not None:
                 report = replace(report, warnings=(*report.warnings, division_note(*divided, report.lossy_faces.whole)))
@@ -144,7 +146,9 @@ def _bake(
     notes = (*opening, *notes, *shared_objects([scene for scene, _ in reports]), *(used.notes if used else ()))
     first = next(iter(reports))
     reports[first] = replace(reports[first], warnings=(*notes, *reports[first].warnings))
+    kept.mark(first[0])
     _save(job, content, compressed, reports)
+    kept_line = kept.write()
     for report in reports.values():
         report = replace(report, scene=str(job.scene), output=str(job.output))
         where = f"{job.scene}: " if len(views) == 1 else f"{job.scene}, scene '{report.blender_scene}': "
@@ -154,6 +158,8 @@ def _bake(
     if used is not None:
         display.line(used.sentence())
     display.line(f"Saved {job.output}")
+    if kept_line is not None:
+        display.line(kept_line)
     return list(reports)
 
 

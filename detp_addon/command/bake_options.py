@@ -47,6 +47,10 @@ def _add_files(bake: argparse.ArgumentParser) -> None:
         help="skip files whose output is there already, of the same content and options",
     )  # fmt: skip
     bake.add_argument(
+        "--keep", action="store_true",
+        help="keep beside the output what the next run needs to find anew only what changed in the scene since",
+    )  # fmt: skip
+    bake.add_argument(
         "--cluster", metavar="ADDRESS|local",
         help="have the workers of the Dask scheduler at that address do the heavy work of each bake, or processes on "
         "this machine; the light is the same",

@@ -12,7 +12,7 @@ from ..files.open_files import check_readable
 
 #: options of the command that say where things come from and go, and not what light is baked
 _ELSEWHERE = frozenset(
-    "run scenes recursive output report preview quiet jobs resume dry_run time_limit cluster".split()
+    "run scenes recursive output report preview quiet jobs resume dry_run time_limit cluster keep".split()
 )  # fmt: skip
 
 BAKED, SKIPPED, FAILED, FORESEEN = "baked", "done before", "failed", "forecast"

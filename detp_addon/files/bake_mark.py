@@ -42,7 +42,7 @@ def fingerprint(scene: Path, options: dict) -> str:
 
     Files that are missing count as such. Raises UnreadableFileError.
     """
-    digest = hashlib.sha256(json.dumps([_version(), options], sort_keys=True).encode())
+    digest = hashlib.sha256(json.dumps([version(), options], sort_keys=True).encode())
     files = {os.path.realpath(other) for _, other in named_files(scene, LIT_BY)}
     try:
         for path in (scene, *sorted(files)):
@@ -93,5 +93,6 @@ def _content(path: str | Path) -> bytes:
 
 
 @cache
-def _version() -> str:
+def version() -> str:
+    """Of the program."""
     return tomllib.loads(_MANIFEST.read_text(encoding="utf-8"))["version"]

@@ -42,6 +42,13 @@ class FrameOptions:
         default=False,
         options={"SKIP_SAVE"},
     )
+    whole: BoolProperty(
+        name="Whole Frames",
+        description="Bake each frame as a whole: exactly what a still bake gives there. Otherwise those after the "
+        "first are updates of it where that is possible, just as good and faster",
+        default=False,
+        options={"SKIP_SAVE"},
+    )
 
 
 class DETP_PG_animation(FrameOptions, bpy.types.PropertyGroup):
@@ -63,7 +70,9 @@ class DETP_OT_bake_animation(FrameOptions, BakeOptions, Baking, bpy.types.Operat
 
     def _steps(self, context, request, options, _live):
         frames = frames_of(context.scene, options)
-        return bake_animation(context.scene, context.view_layer, request, frames, options["moving_only"])
+        return bake_animation(
+            context.scene, context.view_layer, request, frames, options["moving_only"], options["whole"]
+        )
 
     def _expected(self, context, request, options) -> float | None:
         still = forecast_of(context.scene, context.view_layer, request)
@@ -134,6 +143,7 @@ class DETP_PT_animation(SidebarTab, bpy.types.Panel):
         column.prop(settings, "moving_only")
         if settings.moving_only and context.object is not None:
             _draw_moving(column, context.object)
+        column.prop(settings, "whole")
         if session.running() is not None:
             return
         column.operator("detp.bake_animation", icon="RENDER_ANIMATION")

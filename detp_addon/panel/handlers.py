@@ -20,10 +20,18 @@ def _before_load(*_args):
 def _after_load(*_args):
     session.forget()
     latest_kept.forget()
+    latest_kept.look_for_file()
     forget_unsaved()
     for scene in bpy.data.scenes:
         if scene.library is None:
             follow_mixture(scene)
+
+
+@persistent
+def _after_save(path, *_args):
+    # A copy is another file, and this one on disk may be older than what is kept.
+    if path == bpy.data.filepath:
+        latest_kept.write_beside(path)
 
 
 @persistent
@@ -42,6 +50,7 @@ def _pairs():
     return (
         (handlers.load_pre, _before_load),
         (handlers.load_post, _after_load),
+        (handlers.save_post, _after_save),
         (handlers.undo_pre, _before_undo),
         (handlers.redo_pre, _before_undo),
         (handlers.undo_post, _after_undo),
@@ -50,7 +59,7 @@ def _pairs():
 
 
 def register_handlers() -> None:
-    """Follow file loads and undo."""
+    """Follow file loads, saves and undo."""
     for handlers, handler in _pairs():
         handlers.append(handler)
 

@@ -128,7 +128,7 @@ class Baking(Idle):
 
     def _steps(self, context, request, options, live):
         if options["keep"]:
-            self._kept = KeptBake(context.scene, context.view_layer, request)
+            self._kept = KeptBake(context.scene, context.view_layer, request, options["keep_on_disk"])
         return bake_scene(context.scene, context.view_layer, request, live, kept=self._kept)
 
     def _expected(self, context, request, _options) -> float | None:
@@ -147,7 +147,7 @@ class Baking(Idle):
     def _ended(self, context, bake: session.BakeSession) -> set[str]:
         outcome = bake.outcome
         if outcome.status == session.DONE:
-            latest_kept.keep(self._kept)
+            latest_kept.keep(self._kept, context.scene)
             follow_mixture(context.scene)
             if not bake.stopped:
                 self._remember(context, outcome.report.seconds["total"])

@@ -3,7 +3,7 @@
 import bpy
 
 from ...core.errors import DetpError
-from ..updates.latest_kept import kept_of
+from ..updates.latest_kept import kept_of, may_be_read, note_of_file
 from ..wording import duration, percent
 from . import session
 from .forecasts import forecast_of
@@ -106,6 +106,8 @@ class _Advanced:
         column.separator()
         column.prop(settings, "live")
         column.prop(settings, "keep")
+        if settings.keep:
+            column.prop(settings, "keep_on_disk")
 
 
 class DETP_PT_bake(SidebarTab, _Bake, bpy.types.Panel):
@@ -194,7 +196,8 @@ def _draw_button(layout: bpy.types.UILayout, context) -> None:
     row.scale_y = 1.6
     row.enabled = not reason
     row.operator("detp.bake", text="Bake", icon="LIGHT_SUN")
-    if settings.keep or kept_of(context.scene, context.view_layer) is not None:
+    kept = kept_of(context.scene, context.view_layer) is not None
+    if settings.keep or kept or may_be_read(context.scene):
         _draw_update(row, layout, context)
     if reason:
         sentence(layout, reason, line_length(context), "INFO")
@@ -207,6 +210,9 @@ def _draw_button(layout: bpy.types.UILayout, context) -> None:
 def _draw_update(beside: bpy.types.UILayout, layout: bpy.types.UILayout, context) -> None:
     """The button for updates, ``beside`` the other one, and the switch that presses it by itself."""
     beside.operator("detp.update", text="Update", icon="FILE_REFRESH")
+    note = note_of_file(context.scene)
+    if note:
+        sentence(layout, note, line_length(context), "FILE_BLEND")
     row = layout.row()
     row.use_property_split = False  # which would leave no room for its name
     row.prop(context.window_manager, "detp_live_updates")

@@ -74,6 +74,13 @@ class BakeOptions:
         default=False,
         options={"SKIP_SAVE"},
     )
+    keep_on_disk: BoolProperty(
+        name="Beside the File",
+        description="When the file is saved, write what is kept beside it, so that Update works after it is opened "
+        "again. It may be hundreds of megabytes",
+        default=False,
+        options={"SKIP_SAVE"},
+    )
     targets: EnumProperty(
         name="Objects",
         description="Which meshes get the colours; the whole scene casts and reflects light either way",

@@ -2,10 +2,11 @@
 
 import bpy
 
+from ...core.errors import NotUpdatableError
 from ..job import bake_scene
 from ..request import BakeRequest
 from ..updates.kept_bake import KeptBake
-from ..updates.latest_kept import kept_of
+from ..updates.latest_kept import kept_of, read_again
 from .operators import Baking
 from .properties import scene_options
 
@@ -26,11 +27,18 @@ class DETP_OT_update(Baking, bpy.types.Operator):
         return {}
 
     def _asked(self, context, _options) -> BakeRequest:
-        self._kept = kept_of(context.scene, context.view_layer)
+        given, refused = (context.scene, context.view_layer), ""
+        self._kept = kept_of(*given)
+        if self._kept is None:
+            try:
+                self._kept = read_again(*given)
+            except NotUpdatableError as error:
+                refused = error.reason
         if self._kept is not None:
             return self._kept.request(context.scene)
-        request = super()._asked(context, scene_options(context.scene.detp))
-        self._kept = KeptBake(context.scene, context.view_layer, request)
+        options = scene_options(context.scene.detp)
+        request = super()._asked(context, options)
+        self._kept = KeptBake(*given, request, options["keep_on_disk"], refused)
         return request
 
     def _steps(self, context, request, _options, live):

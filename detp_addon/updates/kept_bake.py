@@ -22,9 +22,13 @@ from ..mixing.light_groups import MOST_GROUPS
 from ..reading.kept_places import KeptPlaces
 from ..reading.read_scene import ExportedScene
 from ..request import BakeRequest
+from .kept_file import KeptParts, new_identity
 
 #: of the memory that is free before a bake, light paths that are kept may take this share
 SHARE = 0.25
+
+#: An update whose points that are found anew cast more than this share of a bake's rays takes about as long as that.
+DEAR = 1 / 3
 
 #: light that is not parted by groups
 ALL = ""
@@ -33,25 +37,62 @@ ALL = ""
 class KeptBake:
     """What ``request`` asks for in ``scene`` as ``view_layer`` shows it, baked and kept, and then updated.
 
-    Attributes: ``places`` on faces; ``updated``, whether the last run had no need to bake anything as a whole, and
-    ``notes``: why it had, and why nothing could be kept.
+    It is to be written beside the .blend if ``on_disk``. ``refused`` says why what was kept for it before is of no use.
+
+    Attributes: ``places`` on faces; ``identity``, another one whenever other bakes are kept; ``updated``, whether the
+    last run had no need to bake anything as a whole; ``reasons`` why it had, and why nothing could be kept, as clauses,
+    and ``notes``, the same in sentences.
     """
 
-    def __init__(self, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, request: BakeRequest):
+    def __init__(
+        self,
+        scene: bpy.types.Scene,
+        view_layer: bpy.types.ViewLayer,
+        request: BakeRequest,
+        on_disk: bool = False,
+        refused: str = "",
+    ):
         self._scene, self._view_layer = scene.name, view_layer.name
         self._request, self._whole = request, True
         self._sessions: dict[str, BakeSession] = {}
         self._seeds: dict[str, int] = {}
         self.places: KeptPlaces | None = None
         self._read_places: KeptPlaces | None = None
+        self.on_disk, self._refused = on_disk, refused
+        self.identity = new_identity()
         self._begin()
 
+    @classmethod
+    def of_parts(cls, parts: KeptParts, identity: str) -> KeptBake:
+        """What was written of it."""
+        kept = cls.__new__(cls)
+        kept._scene, kept._view_layer, kept._request = parts.scene, parts.view_layer, parts.request
+        kept._whole, kept.on_disk, kept._refused, kept.identity = True, True, "", identity
+        kept._sessions = {group: BakeSession.of(bake) for group, bake in zip(parts.groups, parts.bakes, strict=True)}
+        kept._seeds = dict(zip(parts.groups, parts.seeds, strict=True))
+        kept.places = kept._read_places = parts.places
+        kept._begin()
+        return kept
+
+    @property
+    def parts(self) -> KeptParts:
+        """All of it, to be written."""
+        bakes = tuple(session.kept for session in self._sessions.values())
+        seeds = tuple(self._seeds[group] for group in self._sessions)
+        given = self._scene, self._view_layer, self._request, self.places
+        return KeptParts(*given, tuple(self._sessions), seeds, bakes)
+
     def _begin(self) -> None:
-        self.updated, self.notes = bool(self._sessions), []
+        self.updated, self.notes, self.reasons = bool(self._sessions), [], []
 
     def __bool__(self) -> bool:
         """Whether there is something to update."""
         return bool(self._sessions)
+
+    @property
+    def dear(self) -> bool:
+        """Whether the last update was not worth it."""
+        return any(session.effort > DEAR for session in self._sessions.values())
 
     def of(self, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> bool:
         """Whether it is of ``scene`` as ``view_layer`` shows it."""
@@ -71,6 +112,9 @@ class KeptBake:
         Raises OutOfMemoryError when they cannot be baked even if nothing more is kept of earlier.
         """
         self._begin()
+        if self._refused:
+            self._anew(self._refused)
+            self._refused = ""
         if self._request.targets == "selected":
             self._request = replace(self._request, targets=tuple(target.object_name for target in export.targets))
         if export.shown is not None:
@@ -116,6 +160,7 @@ class KeptBake:
         else:
             # Not before: who cancels a bake can still update the one before it.
             self._sessions[group], self._seeds[group] = session, settings.seed
+            self.identity = new_identity()
             self.places = self._read_places
         return result
 
@@ -129,9 +174,11 @@ class KeptBake:
     def _anew(self, reason: str, group: str = ALL) -> None:
         whose = f"The light of '{group}'" if group else "All light"
         self.notes.append(f"{whose} was baked anew, since {reason}.")
+        self.reasons.append(reason)
 
     def _not_kept(self, error: Exception, group: str) -> None:
         self._sessions.pop(group, None)
         reason = error.reason if isinstance(error, NotUpdatableError) else str(error)[0].lower() + str(error)[1:-1]
         if not any(reason in note for note in self.notes):
             self.notes.append(f"This bake cannot be updated, since {reason}.")
+            self.reasons.append(reason)

@@ -81,7 +81,7 @@ def test_key_frames_are_every_so_many_and_the_last():
 
 
 def test_key_frames_are_their_still_bakes_and_between_them_light_is_blended(scene, tmp_path):
-    assert bake() == {"FINISHED"} and scene.frame_current == 2
+    assert bake(whole=True) == {"FINISHED"} and scene.frame_current == 2
     played = {name: [shown(name, frame) for frame in KEYS] for name in ("Floor", "Box")}
     assert not np.allclose(played["Floor"][0], played["Floor"][2], rtol=0.05)
     for name, (first, middle, last) in played.items():
@@ -99,6 +99,38 @@ def test_key_frames_are_their_still_bakes_and_between_them_light_is_blended(scen
         bpy.ops.detp.bake(**OPTIONS)
         for name, keys in played.items():
             assert np.allclose(colours(name)[:, :3], keys[number], rtol=1e-5, atol=1e-7)
+
+
+def test_frames_after_the_first_are_updates_of_it_with_the_light_of_whole_bakes(addon):
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    grid("Floor")
+    keyed(cube("Box", size=0.2), "location", {1: (-1.6, -1.6, 0.15), 6: (-1.0, -1.6, 0.15)})
+    lamp()
+    keys = {}
+    for name, whole in (("updated", False), ("whole", True)):
+        assert bake(attribute=name, whole=whole, quality="DRAFT", photons=0, fit="FACES", every=5) == {"FINISHED"}
+        assert not any("as a whole" in warning for warning in session.latest().outcome.report.warnings)
+        keys[name] = stored_keys(bpy.data.objects["Floor"].data, name).sum(axis=2)
+    (first, updated), (still, whole) = keys["updated"], keys["whole"]
+    assert np.array_equal(first, still) and not np.array_equal(updated, whole)
+    assert np.allclose(updated, whole, rtol=0.03) and not np.allclose(first, whole, rtol=0.05)
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        (
+            lambda: keyed(bpy.data.objects["Lamp"], "location", {1: (1, 0.5, 3), 6: (0, 0.5, 3)}),
+            "the lights have changed",
+        ),
+        (lambda: None, "so much is seen of what moves that an update takes as long"),
+    ],
+)
+def test_frames_that_are_no_updates_are_counted_and_a_sentence_says_why(change, reason, scene):
+    change()
+    bake()
+    [said] = [warning for warning in session.latest().outcome.report.warnings if "as a whole" in warning]
+    assert said.startswith("Of 3 frames ") and reason in said
 
 
 def test_what_was_there_stays_and_one_button_removes_it(scene):

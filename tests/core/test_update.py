@@ -8,13 +8,18 @@ import pytest
 from detp.core.bake import baked
 from detp.core.errors import InvalidSettingError, NotUpdatableError, SessionTooLargeError
 from detp.core.estimator.estimate import IrradianceEstimate
+from detp.core.lights.area import AreaLight
+from detp.core.lights.environment import EnvironmentWorld
 from detp.core.lights.point import PointLight
+from detp.core.lights.spot import SpotLight
 from detp.core.lights.sun import SunLight
 from detp.core.lights.world import UniformWorld
+from detp.core.packing import packed, unpacked
 from detp.core.points import Points
 from detp.core.settings import BakeSettings
 from detp.core.stages import finished
 from detp.core.update.changed_places import Balls, Sight
+from detp.core.update.first_bake import KINDS
 from detp.core.update.matching import light_scale, same_rows, same_triangles
 from detp.core.update.session import BakeSession
 from rooms import box_quads, face_points, scene_of
@@ -24,13 +29,14 @@ LAMP = PointLight((2.2, 1.5, 2.2), (100.0, 90.0, 80.0), 0.15)
 BAKES = 5
 
 
-def room(corner=None, colour=(0.8, 0.3, 0.1), lamp=LAMP):
-    """A room, and points on its walls, and a box of half a metre at ``corner`` with points of its own, the last."""
+def room(corner=None, colour=(0.8, 0.3, 0.1), lamp=LAMP, across=5):
+    """A room with points on its walls, ``across`` times as many on each, and a box of half a metre at ``corner`` with
+    points of its own, the last."""
     quads, albedo = box_quads((4, 3, 2.5)), [(0.6, 0.6, 0.6)] * 6
     if corner is not None:
         box = box_quads((0.5, 0.5, 0.5))[:, ::-1] + np.array(corner)
         quads, albedo = np.concatenate([quads, box]), albedo + [colour] * 6
-    return scene_of(quads, np.array(albedo), lights=(lamp,)), Points(*face_points(quads, 5))
+    return scene_of(quads, np.array(albedo), lights=(lamp,)), Points(*face_points(quads, across))
 
 
 def settings(seed=0):
@@ -107,6 +113,21 @@ def test_there_and_back_again_is_exactly_the_first_bake(sessions):
     again = finished(session.update(*room(BOX)))
     assert np.array_equal(again.irradiance, session.first.irradiance)
     assert np.array_equal(again.standard_error, session.first.standard_error)
+
+
+def test_after_many_moves_the_light_is_that_of_the_last_one_alone_and_back_again_the_first():
+    """Errors cannot add up, where an update is a function of the first bake and the scene as it is."""
+    session, generator = BakeSession(*room(BOX, across=2), BakeSettings(error=0.5)), np.random.default_rng(5)
+    first = finished(session.bake())
+    other = BakeSession.of(session.kept)
+    for corner in generator.uniform((0.2, 0.2, 0.0), (3.2, 2.2, 1.5), (25, 3)):
+        last = room(corner, across=2)
+        moved = finished(session.update(*last))
+    alone, back = finished(other.update(*last)), finished(session.update(*room(BOX, across=2)))
+    for one, same in ((moved, alone), (first, back)):
+        assert np.array_equal(one.irradiance, same.irradiance)
+        assert np.array_equal(one.standard_error, same.standard_error)
+    assert not np.array_equal(moved.irradiance, first.irradiance)
 
 
 def test_stronger_lights_of_another_colour_need_nothing_found(sessions):
@@ -199,3 +220,28 @@ def test_exchanged_particles_leave_the_sums_of_the_others():
     found = kept.merged(old).exchanged(old, new)
     for name in ("total", "squares", "repeated"):
         assert getattr(found, name) == pytest.approx(getattr(kept.merged(new), name))
+
+
+LIGHTS = (
+    LAMP,
+    PointLight((1.0, 2.0, 2.0), (5.0, 5.0, 9.0)),
+    SpotLight((3.0, 1.0, 2.4), (0.1, 0.2, -1.0), (60.0, 50.0, 50.0), 1.2, 0.3, 0.05),
+    AreaLight((2.0, 1.5, 2.4), (0.4, 0.0, 0.0), (0.0, 0.3, 0.0), (20.0, 20.0, 30.0)),
+    SunLight((0.3, 0.2, -1.0), (3.0, 3.0, 2.0), 0.1),
+    EnvironmentWorld(np.random.default_rng(6).random((4, 8, 3))),
+)
+
+
+def test_a_session_that_was_packed_finds_the_same_light():
+    scene, points = room(BOX, across=2)
+    emission = np.zeros((len(scene.triangles), 3))
+    emission[3] = 2.0
+    scene = replace(scene, lights=LIGHTS, emission=emission)
+    session = BakeSession(scene, points, BakeSettings(error=0.5))
+    first = finished(session.bake())
+    other = BakeSession.of(unpacked(packed(session.kept, KINDS), KINDS))
+    changed, moved = room(AWAY, across=2)
+    changed = replace(changed, lights=scene.lights, emission=scene.emission)
+    once, twice = (finished(each.update(changed, moved)) for each in (session, other))
+    assert twice.irradiance == pytest.approx(once.irradiance, rel=1e-9, abs=1e-12)
+    assert np.array_equal(finished(other.update(scene, points)).irradiance, first.irradiance)

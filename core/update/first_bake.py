@@ -1,0 +1,204 @@
+"""What is kept of a bake for updates: arrays, from which all else that these need is made again."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..bake import Baking
+from ..bounds import Bounds
+from ..direct.emitters import Emitters
+from ..direct.lamp_light import LampLight
+from ..direct.learnt_choice import LearntChoice
+from ..direct.nearby_light import NearbyLight
+from ..discs import TangentDiscs
+from ..estimator.estimate import IrradianceEstimate
+from ..estimator.standpoints import Standpoints
+from ..estimator.visible_area import VisibleArea, VisibleDiscs
+from ..gather.records import Landings, RecordFinder
+from ..gather.reflected_light import ReflectedLight
+from ..gatherers.choose import make_gatherer
+from ..irradiance import Irradiance
+from ..lights.area import AreaLight
+from ..lights.environment import EnvironmentWorld
+from ..lights.light import Light
+from ..lights.point import PointLight
+from ..lights.spot import SpotLight
+from ..lights.sun import SunLight
+from ..lights.world import UniformWorld
+from ..photons.emission import lights_of
+from ..photons.photon_journal import PhotonPaths
+from ..photons.photon_light import PhotonSearch
+from ..points import Points
+from ..rays import RayCaster
+from ..result import BakeResult
+from ..scene import Scene
+from ..segments import Segments
+from ..settings import BakeSettings
+
+
+@dataclass(frozen=True)
+class LearntLamps:
+    """Lamps of a bake, as G groups of points have learnt to choose among them.
+
+    kinds    of each kind of lamps: which (L,) of the lights they are; the ranges of them between which groups choose,
+             ``begin`` and ``end`` (G, K); and what these have learnt (G, K), None before they have
+    centres  (G, 3) metres, the middles of the groups
+    brought  (G, kinds) what light, RGB sum, groups found of each kind, in any unit
+    reach    how far away surfaces shade places from distant lights, metres
+    group    (N,) of each of the points
+    """
+
+    kinds: tuple[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None], ...]
+    centres: np.ndarray
+    brought: np.ndarray
+    reach: float
+    group: np.ndarray
+
+    @classmethod
+    def of(cls, nearby: NearbyLight, group: np.ndarray, lights: Sequence[Light]) -> LearntLamps:
+        """Of the lamps of ``nearby``, which are among the ``lights``."""
+        number, kinds = {id(light): row for row, light in enumerate(lights)}, []
+        for kind in nearby.lamps:
+            which = np.array([number[id(lamp)] for lamp in kind.lamps])
+            kinds.append((which, kind.learnt.begin, kind.learnt.end, kind.learnt.learnt_of(slice(None))))
+        brought = nearby.of_lamps().brought
+        return cls(tuple(kinds), nearby.centres, brought, nearby.reach, group)
+
+    def among(self, lights: Sequence[Light]) -> NearbyLight:
+        """The same of the ``lights`` of the bake."""
+        lamps = []
+        for which, *learnt in self.kinds:
+            some = [lights[row] for row in which]
+            lamps.append(LampLight(some, None, 0, LearntChoice.known(Emitters.of_lamps(some), *learnt), None))
+        return NearbyLight(lamps, (), {}, self.centres, self.brought, self.reach)
+
+
+@dataclass(frozen=True)
+class FirstSearch:
+    """What photons brought to the discs of one half of the records.
+
+    The rest is as for :class:`.PhotonSearch`.
+    """
+
+    kind: str
+    placed: VisibleDiscs
+    half: int
+    most: int
+    estimate: IrradianceEstimate
+
+
+@dataclass(frozen=True)
+class FirstRecords:
+    """The C cells of a bake, and the light at their 2 C records.
+
+    held, sides, radii, finder   as in :class:`.Records`
+    searches          of each kind of photons and half of the records
+    direct, indirect  (2 C, 3) W/m^2
+    common_error      as in :class:`.RecordLight`
+    lamps             as groups of records know them; None where there are no lights at all
+    """
+
+    held: Landings
+    sides: np.ndarray
+    radii: np.ndarray
+    finder: RecordFinder
+    searches: tuple[FirstSearch, ...]
+    direct: np.ndarray
+    indirect: np.ndarray
+    common_error: float
+    lamps: LearntLamps | None
+
+
+@dataclass(frozen=True)
+class FirstBake:
+    """A bake of ``points`` in ``scene`` with ``settings``, as far as updates need it.
+
+    places         from where the points look
+    lamps          as groups of points know them
+    tracing        what the tracer of photons was made of beside the scene
+    paths          of all photons
+    by_rays        all light, with the errors by rays alone
+    common_rounds  of rays, which all points cast, and ``most_rounds``, which those that are hardest to light did
+    ray_count      how many rays each point casts in a round, and how many all points cast in all rounds
+    """
+
+    scene: Scene
+    points: Points
+    settings: BakeSettings
+    places: Standpoints
+    lamps: LearntLamps
+    records: FirstRecords
+    tracing: tuple
+    paths: PhotonPaths
+    by_rays: Irradiance
+    common_rounds: int
+    most_rounds: int
+    ray_count: tuple[float, int]
+    result: BakeResult
+
+    @classmethod
+    def of(
+        cls, scene: Scene, points: Points, settings: BakeSettings, work: Baking, paths: PhotonPaths, result: BakeResult
+    ) -> FirstBake:
+        """Of a bake whose ``work`` is done; what that has made is not made again."""
+        rays, light, records = work.rays, work.records, work.records.records
+        searches = tuple(FirstSearch(s.kind, s.placed, s.half, s.most, s.estimate) for s in light.searches)
+        seen = light.shadow_rays
+        lamps = None if seen is None else LearntLamps.of(seen.nearby, seen.group, work.shining)
+        kept = FirstRecords(
+            records.held, records.sides, records.radii, records.finder, searches, *light.found.values(),
+            light.common_error, lamps,
+        )  # fmt: skip
+        found = cls(
+            scene, points, settings, work.places, LearntLamps.of(rays.nearby, rays.group, work.shining), kept,
+            work.tracing, paths, rays.irradiance + rays.reflected,
+            work.common_rounds, rays.done, (rays.rays_per_round / len(points), rays.rays), result,
+        )  # fmt: skip
+        vars(found).update(shining=work.shining, caster=work.caster, searches=light.searches, reflected=light.reflected)
+        return found
+
+    @cached_property
+    def shining(self) -> list[Light]:
+        """All lights of the scene."""
+        return lights_of(self.scene)
+
+    @cached_property
+    def caster(self) -> RayCaster:
+        """Casts rays in the scene."""
+        return RayCaster(self.scene.corners, self.points.centres)
+
+    @cached_property
+    def searches(self) -> list[PhotonSearch]:
+        """The records' searches for photons, with what they found."""
+        found = []
+        for first in self.records.searches:
+            search = PhotonSearch(first.kind, first.placed, first.half, first.most)
+            search.gatherer, _ = make_gatherer("disc-index", first.placed.discs, max(len(self.paths.segments), 1))
+            search.estimate = first.estimate
+            found.append(search)
+        return found
+
+    @cached_property
+    def reflected(self) -> ReflectedLight:
+        """What surfaces send on."""
+        records, lights = self.records, self.shining
+        found = ReflectedLight(self.scene, self.caster, lights, records.finder, self.settings.bounces)
+        found.know(records.direct, records.indirect)
+        return found
+
+    @cached_property
+    def nearby(self) -> NearbyLight:
+        """The lamps, as groups of points know them."""
+        return self.lamps.among(self.shining)
+
+
+#: classes of what is kept
+KINDS = (
+    AreaLight, BakeResult, BakeSettings, Bounds, EnvironmentWorld, FirstBake, FirstRecords, FirstSearch, Irradiance,
+    IrradianceEstimate, Landings, LearntLamps, PhotonPaths, PointLight, Points, RecordFinder, Scene, Segments,
+    SpotLight, Standpoints, SunLight, TangentDiscs, UniformWorld, VisibleArea, VisibleDiscs,
+)  # fmt: skip

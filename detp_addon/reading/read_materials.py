@@ -10,7 +10,7 @@ from .findings import Findings
 from .read_colour_nodes import COLOUR_RULES
 from .read_images import Images
 from .read_input_nodes import INPUT_RULES
-from .read_node_graph import Feed, node_tree, output_feed
+from .read_node_graph import Feed, node_tree, output_feed, output_node
 from .read_shaders import DEFAULT_ALBEDO, Shaders
 from .read_values import Values
 from .response import Response
@@ -37,7 +37,7 @@ class Recipe:
     fixed     its response (one row) when no nodes make it
     feed      of the output's surface otherwise, None when nothing is linked there
     needs     what its nodes ask of the mesh and its object; empty when it is the same everywhere
-    asks      "rays", "side" and "angle", where it depends on those
+    asks      "rays", "side", "angle" and "mirrors", where it depends on those (see Probe)
     specular  whether it may mirror or refract
     opaque    whether what lets light through throws a full shadow in Cycles
     index     pass index of the material
@@ -60,6 +60,7 @@ class Materials:
         self._findings = findings
         self._images = Images(findings)
         self._noted: set[int] = set()
+        self._told_mirrors: list[str] = []
         self._recipes: dict[int, Recipe] = {0: Recipe("", fixed=Response.of(albedo=DEFAULT_ALBEDO))}
 
     def recipe(self, material) -> Recipe:
@@ -76,18 +77,25 @@ class Materials:
             return
         self._noted.add(pointer)
         tree = node_tree(material)
-        output = tree.get_output_node("CYCLES") if tree else None
+        output = output_node(tree) if tree else None
         if output is None:
             return
         for name, sentence in (("Volume", "volumes of {}"), ("Displacement", "displacement of {}")):
             if name in output.inputs and output.inputs[name].is_linked:
                 self._findings.left_out(sentence, "material", material.name)
 
+    def note_mirrors(self) -> None:
+        """Name the materials met that look otherwise to mirrors and through glass, which a scene with such asks for."""
+        for name in self._told_mirrors:
+            self._findings.left_out("what {} show to mirrors and through glass alone", "material", name)
+
     def evaluate(self, recipe: Recipe, corners: dict[tuple[str, str], np.ndarray], count: int) -> dict[int, Response]:
         """The mean response (count rows) of each triangle in those of VIEWS that differ, by their numbers.
 
         ``corners`` has the recipe's needs at the triangles' corners (count, 3, c).
         """
+        if "mirrors" in recipe.asks:
+            self._told_mirrors.append(recipe.name)
         numbers = sorted({same_view(number, recipe.asks) for number in range(len(VIEWS))})
         found = {number: self._evaluated(recipe, corners, count, VIEWS[number]) for number in numbers}
         specular = [(response.mirror, response.gloss, response.clear) for response in found.values()]
@@ -172,14 +180,20 @@ def _recipe(material) -> Recipe:
     if feed is None:
         through = 1.0 if output_feed(tree, "Volume") else 0.0
         return Recipe(material.name, fixed=Response.of(transmittance=through))
-    probe = Probe()
-    with np.errstate(all="ignore"):
-        shaders = Shaders(Values(probe, RULES), lambda sentence: None)
-        shaders.response(feed)
+    probe, shaders = probed(feed)
     opaque = not getattr(material, "use_transparent_shadow", True) and shaders.passes
     asks = frozenset(probe.asks | ({"rays"} if opaque else set()))
     needs = frozenset(probe.needs)
     return Recipe(material.name, None, feed, needs, asks, shaders.specular, opaque, material.pass_index)
+
+
+def probed(feed: Feed) -> tuple[Probe, Shaders]:
+    """What the shader that ``feed`` leads to asks for."""
+    probe = Probe()
+    with np.errstate(all="ignore"):
+        shaders = Shaders(Values(probe, RULES), lambda sentence: None)
+        shaders.response(feed)
+    return probe, shaders
 
 
 def _repeated(response: Response, count: int) -> Response:

@@ -8,6 +8,9 @@ import bpy
 
 from ..materials.marked_nodes import before
 
+#: types of sockets whose values turn into each other
+_NUMERIC = ("VALUE", "INT", "BOOLEAN", "RGBA", "VECTOR")
+
 
 @dataclass(frozen=True)
 class Feed:
@@ -16,11 +19,15 @@ class Feed:
     socket  the output that gives it; or, where nothing is linked, the input whose own value counts
     node    the node of that output, None when nothing is linked
     groups  the group nodes around ``node``, outermost first
+    passed  types of sockets that the value is converted to on its way, first met first
+    empty   whether that place is a reroute or a muted node without a link, which Cycles takes for zero
     """
 
     socket: bpy.types.NodeSocket
     node: bpy.types.Node | None
     groups: tuple[bpy.types.Node, ...]
+    passed: tuple[str, ...] = ()
+    empty: bool = False
 
     @property
     def key(self) -> tuple[int, ...]:
@@ -39,12 +46,18 @@ def node_tree(owner) -> bpy.types.NodeTree | None:
 
 def output_feed(tree, name: str = "Surface") -> Feed | None:
     """What feeds the input ``name`` of the output node that Cycles uses, None when nothing does."""
-    output = tree.get_output_node("CYCLES")
+    output = output_node(tree)
     # A script can give a material the output node of a lamp, which has no such input.
     if output is None or name not in output.inputs:
         return None
     feed = feed_of(output.inputs[name], ())
     return feed if feed.node is not None or feed.socket.type != "SHADER" else None
+
+
+def output_node(tree) -> bpy.types.Node | None:
+    """The output node of a tree that Cycles uses, None when there is none or it is muted."""
+    output = tree.get_output_node("CYCLES")
+    return None if output is None or output.mute else output
 
 
 def find_input(node, identifier: str):
@@ -57,27 +70,28 @@ def feed_of(socket, groups: tuple[bpy.types.Node, ...]) -> Feed:
 
     Nodes that bring baked light into a material are looked through.
     """
-    passed = set()
+    met, types, empty = set(), [], False
     while True:
-        feed = Feed(socket, None, groups)
-        if feed.key in passed:
+        feed = Feed(socket, None, groups, tuple(reversed(types)), empty)
+        if feed.key in met:
             return feed
-        passed.add(feed.key)
+        met.add(feed.key)
         # Asking a socket for its links takes as long as the tree has links.
         links = socket.links if socket.is_linked else ()
         link = next((link for link in links if link.is_valid and not link.is_muted), None)
         if link is None:
             return feed
         node, source = link.from_node, link.from_socket
+        empty = False
         if node.bl_idname == "NodeReroute":
-            socket = node.inputs[0]
+            socket, empty = node.inputs[0], True
         elif (original := before(node)) is not None:
             socket = original
         elif node.mute:
             through = next((inner for inner in node.internal_links if inner.to_socket == source), None)
             if through is None:
-                return Feed(source, None, groups)
-            socket = through.from_socket
+                return feed
+            socket, empty = through.from_socket, True
         elif node.bl_idname == "NodeGroupInput" and groups and (outside := find_input(groups[-1], source.identifier)):
             socket = outside
             groups = groups[:-1]
@@ -85,7 +99,9 @@ def feed_of(socket, groups: tuple[bpy.types.Node, ...]) -> Feed:
             socket = inside
             groups = (*groups, node)
         else:
-            return Feed(source, node, groups)
+            return Feed(source, node, groups, feed.passed)
+        if source.type in _NUMERIC:
+            types.append(source.type)
 
 
 def _group_result(group, identifier: str):

@@ -135,15 +135,6 @@ def test_mixed_and_added_shaders_and_groups():
     assert np.allclose(albedo, 0.3) and np.allclose(emission, (3, 1.5, 0)) and np.allclose(through, 0.25)
 
 
-def test_muted_nodes_hand_their_input_on():
-    def build(tree):
-        inverted = node(tree, "ShaderNodeInvert", Fac=1.0, Color=(0.1, 0.2, 0.3, 1))
-        inverted.mute = True
-        return node(tree, "ShaderNodeBsdfDiffuse", Color=colour(inverted))
-
-    assert np.allclose(surface_of(build)[0], (0.1, 0.2, 0.3))
-
-
 def test_an_output_without_shader_is_black_and_a_volume_alone_is_clear():
     def volume(tree):
         output = tree.nodes.new("ShaderNodeOutputMaterial")

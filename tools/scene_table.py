@@ -111,7 +111,9 @@ class Zoo:
         finally:
             findings_module.SHOWN_NAMES = shown
         said = [""] * len(self.obj.data.polygons)
-        for sentence in (*result.warnings, *result.left_out):
+        # That faces are too large for a pattern says nothing of the node that makes it.
+        told = [sentence for sentence in (*result.warnings, *result.left_out) if "patterns on large" not in sentence]
+        for sentence in told:
             words, _, names = sentence.partition(" (material ") if "(material " in sentence else (sentence, "", "")
             for name in names.partition(")")[0].split(", "):
                 number = name.removeprefix("material ")

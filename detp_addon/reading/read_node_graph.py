@@ -20,7 +20,8 @@ class Feed:
     node    the node of that output, None when nothing is linked
     groups  the group nodes around ``node``, outermost first
     passed  types of sockets that the value is converted to on its way, first met first
-    empty   whether that place is a reroute or a muted node without a link, which Cycles takes for zero
+    empty   whether that place is a reroute or a muted node without a link, or a group that has no output: Cycles takes
+            those for zero
     """
 
     socket: bpy.types.NodeSocket
@@ -95,7 +96,10 @@ def feed_of(socket, groups: tuple[bpy.types.Node, ...]) -> Feed:
         elif node.bl_idname == "NodeGroupInput" and groups and (outside := find_input(groups[-1], source.identifier)):
             socket = outside
             groups = groups[:-1]
-        elif node.bl_idname == "ShaderNodeGroup" and (inside := _group_result(node, source.identifier)) is not None:
+        elif node.bl_idname == "ShaderNodeGroup" and node.node_tree is not None:
+            inside = _group_result(node, source.identifier)
+            if inside is None:
+                return Feed(source, None, groups, feed.passed, True)
             socket = inside
             groups = (*groups, node)
         else:
@@ -105,8 +109,7 @@ def feed_of(socket, groups: tuple[bpy.types.Node, ...]) -> Feed:
 
 
 def _group_result(group, identifier: str):
-    """The input, inside the group, that its output ``identifier`` shows; None when there is none."""
-    nodes = group.node_tree.nodes if group.node_tree else ()
-    outputs = [node for node in nodes if node.bl_idname == "NodeGroupOutput"]
+    """The input, inside the group, that its output ``identifier`` shows; None when there is none, or it is muted."""
+    outputs = [node for node in group.node_tree.nodes if node.bl_idname == "NodeGroupOutput"]
     output = next((node for node in outputs if node.is_active_output), None)
-    return find_input(output, identifier) if output else None
+    return find_input(output, identifier) if output is not None and not output.mute else None

@@ -51,6 +51,12 @@ def gradient(tree):
     return holder.outputs[0]
 
 
+def muted_inside(tree):
+    holder = through(tree, "NodeSocketColor", rgb(tree))
+    holder.node_tree.nodes["Group Output"].mute = True
+    return holder.outputs[0]
+
+
 #: what decides the colour of an Emission shader that itself is set to blue
 FEEDS = {
     "muted, linked": lambda tree: muted(node(tree, "ShaderNodeInvert", Color=rgb(tree))),
@@ -61,6 +67,7 @@ FEEDS = {
     "muted behind a muted one": lambda tree: muted(
         node(tree, "ShaderNodeInvert", Color=muted(tree.nodes.new("ShaderNodeTexNoise")))
     ),
+    "muted output of a group": muted_inside,
     "empty reroute": lambda tree: tree.nodes.new("NodeReroute").outputs[0],
     "through a number": lambda tree: through(tree, "NodeSocketFloat", rgb(tree)).outputs[0],
     "through a whole number": lambda tree: through(tree, "NodeSocketInt", rgb(tree)).outputs[0],

@@ -192,6 +192,28 @@ def test_images_are_averaged_over_each_triangle_as_linear_light():
     assert np.allclose(scene.albedo[:, 0], right + (1 - right) * linear(0.5), atol=0.03)
 
 
+@pytest.mark.parametrize("shader, socket", [
+    ("Emission", "Color"), ("BsdfTransparent", "Color"), ("BsdfTranslucent", "Color"), ("BsdfDiffuse", "Color"),
+])  # fmt: skip
+def test_patterns_are_named_on_large_faces_alone(shader, socket):
+    picture = image(halves((1, 0, 0, 1), (0, 0, 1, 1)))
+
+    def build(tree):
+        shown = node(tree, "ShaderNodeTexImage", {"image": picture})
+        return node(tree, f"ShaderNode{shader}", **{socket: shown.outputs[0]})
+
+    window = quad()
+    map_to_unit_square(window)
+    window.data.materials.append(material(build, "window"))
+    assert ["window" in each for each in read().warnings] == [True]
+    for corner in window.data.uv_layers[0].uv:
+        corner.vector.x *= 0.4
+    assert read().warnings == ()
+    map_to_unit_square(window)
+    quad("ground", size=50.0)
+    assert read().warnings == ()
+
+
 def test_small_triangles_see_their_own_texels():
     picture = image(np.random.default_rng(3).random((8, 8, 4)) * (1, 1, 1, 0) + (0, 0, 0, 1), colour_space="Non-Color")
     vertices = [(x / 8, y / 8, 0) for y in range(9) for x in range(9)]
@@ -365,7 +387,8 @@ def test_gradients_and_checkers_have_their_means_over_faces(kind, mean):
         return node(tree, "ShaderNodeBsdfDiffuse", Color=colour(made))
 
     albedo, _, _, result = surface_of(build, obj)
-    assert np.allclose(albedo.mean(axis=0), mean, atol=0.01) and not result.warnings
+    assert np.allclose(albedo.mean(axis=0), mean, atol=0.01)
+    assert all("patterns on large faces" in warning for warning in result.warnings)
 
 
 def test_attributes_that_a_mesh_lacks_are_black_and_named():

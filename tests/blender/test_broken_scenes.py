@@ -258,3 +258,12 @@ def test_light_that_is_as_much_below_zero_as_above():
     cube(location=(2, 2, 1.5))
     report = baked(photons=2000)
     assert np.isfinite(report.photons) and np.isfinite(colours(bpy.data.objects["quad"])).all()
+
+
+@pytest.mark.parametrize("scale", [(1, 1, 0), (0, 1, 1)])
+def test_a_box_scaled_flat_under_a_modifier_that_changes_its_faces(scale):
+    """The faces along the flat axis have no direction left, but the vertices near them lie on the others."""
+    box = cube(scale=scale)
+    box.modifiers.new("bevel", "BEVEL").segments = 2
+    report = baked()
+    assert report.objects == 1 and np.isfinite(colours(box)).all()

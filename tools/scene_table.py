@@ -253,7 +253,7 @@ def _fed(kind: str, fed: str | None, weighty: bool) -> Callable:
                 source = tree.nodes.new("ShaderNodeBsdfDiffuse").outputs[0]
             else:
                 source = tree.nodes.new("ShaderNodeValue").outputs[0]
-                source.default_value = 0.37
+                source.default_value = 1.0 if socket.type == "BOOLEAN" else 0.37
             tree.links.new(source, socket)
         return next(output for output in node.outputs if output.type == "SHADER")
 

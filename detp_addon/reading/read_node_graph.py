@@ -8,8 +8,12 @@ import bpy
 
 from ..materials.marked_nodes import before
 
-#: types of sockets whose values turn into each other
-_NUMERIC = ("VALUE", "INT", "BOOLEAN", "RGBA", "VECTOR")
+#: types of sockets whose values turn into each other; those that hold whole numbers
+_NUMERIC, _WHOLE = ("VALUE", "INT", "BOOLEAN", "RGBA", "VECTOR"), ("INT", "BOOLEAN")
+
+#: Blender itself resolves groups, reroutes and muted nodes since then, and Cycles did before, by other rules: values
+#: were converted at every socket, what had no link was zero, and coordinates set in a group's input were not taken.
+_RESOLVED = bpy.app.version >= (5, 0)
 
 
 @dataclass(frozen=True)
@@ -20,8 +24,8 @@ class Feed:
     node    the node of that output, None when nothing is linked
     groups  the group nodes around ``node``, outermost first
     passed  types of sockets that the value is converted to on its way, first met first
-    empty   whether that place is a reroute or a muted node without a link, or a group that has no output: Cycles takes
-            those for zero
+    empty   whether that place has no value, which counts as zero: such as a group without an output
+    given   whether the value comes from elsewhere than the input that was asked for
     """
 
     socket: bpy.types.NodeSocket
@@ -29,6 +33,7 @@ class Feed:
     groups: tuple[bpy.types.Node, ...]
     passed: tuple[str, ...] = ()
     empty: bool = False
+    given: bool = False
 
     @property
     def key(self) -> tuple[int, ...]:
@@ -71,17 +76,20 @@ def feed_of(socket, groups: tuple[bpy.types.Node, ...]) -> Feed:
 
     Nodes that bring baked light into a material are looked through.
     """
-    met, types, empty = set(), [], False
+    asked, held, met, types, empty = socket, None, set(), [], False
     while True:
-        feed = Feed(socket, None, groups, tuple(reversed(types)), empty)
+        passed = () if _RESOLVED else tuple(reversed(types))
+        feed = Feed(socket, None, groups, passed, empty, _RESOLVED and socket != asked)
+        # The last input on the way that has a value of its own.
+        held = held if empty and _RESOLVED else feed
         if feed.key in met:
-            return feed
+            return held
         met.add(feed.key)
         # Asking a socket for its links takes as long as the tree has links.
         links = socket.links if socket.is_linked else ()
         link = next((link for link in links if link.is_valid and not link.is_muted), None)
         if link is None:
-            return feed
+            return held
         node, source = link.from_node, link.from_socket
         empty = False
         if node.bl_idname == "NodeReroute":
@@ -91,7 +99,7 @@ def feed_of(socket, groups: tuple[bpy.types.Node, ...]) -> Feed:
         elif node.mute:
             through = next((inner for inner in node.internal_links if inner.to_socket == source), None)
             if through is None:
-                return feed
+                return held
             socket, empty = through.from_socket, True
         elif node.bl_idname == "NodeGroupInput" and groups and (outside := find_input(groups[-1], source.identifier)):
             socket = outside
@@ -99,11 +107,13 @@ def feed_of(socket, groups: tuple[bpy.types.Node, ...]) -> Feed:
         elif node.bl_idname == "ShaderNodeGroup" and node.node_tree is not None:
             inside = _group_result(node, source.identifier)
             if inside is None:
-                return Feed(source, None, groups, feed.passed, True)
+                return Feed(source, None, groups, passed, True, _RESOLVED)
             socket = inside
             groups = (*groups, node)
         else:
-            return Feed(source, node, groups, feed.passed)
+            if _RESOLVED and node.bl_idname == "ShaderNodeValue":
+                passed = tuple(kind for kind in reversed(types) if kind in _WHOLE)
+            return Feed(source, node, groups, passed, given=True)
         if source.type in _NUMERIC:
             types.append(source.type)
 

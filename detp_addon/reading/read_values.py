@@ -90,9 +90,9 @@ class Values:
         return mix(first(), second())
 
     def linked(self, node, identifier: str, groups: tuple) -> bool:
-        """Whether another node gives the input's value."""
+        """Whether the input's value comes from elsewhere."""
         socket = find_input(node, identifier)
-        return socket is not None and feed_of(socket, groups).node is not None
+        return socket is not None and feed_of(socket, groups).given
 
     def fixed(self, node, identifier: str, groups: tuple) -> np.ndarray | None:
         """The value of an input that no node decides; None where one does."""

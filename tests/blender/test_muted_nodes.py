@@ -1,4 +1,4 @@
-"""Muted nodes, empty reroutes and sockets of other types on the way hand on what they do in Cycles."""
+"""Muted nodes, empty reroutes and sockets of other types on the way hand on what they do in this Blender's Cycles."""
 
 import numpy as np
 import pytest
@@ -95,6 +95,7 @@ def test_what_is_muted_hands_on_what_it_does_in_cycles():
     assert {key for key in FEEDS if not np.allclose(ours[key], theirs[key], atol=5e-3)} == set()
 
 
+@pytest.mark.skipif(bpy.app.version >= (5, 0), reason="Blender does not mute outputs since 5.0")
 def test_muted_outputs_show_nothing(scene):
     def muted_output(owner, shader, output):
         tree = with_nodes(owner)

@@ -111,7 +111,9 @@ class Zoo:
         finally:
             findings_module.SHOWN_NAMES = shown
         said = [""] * len(self.obj.data.polygons)
-        for sentence in (*result.warnings, *result.left_out):
+        # That faces are too large for a pattern says nothing of the node that makes it.
+        told = [sentence for sentence in (*result.warnings, *result.left_out) if "patterns on large" not in sentence]
+        for sentence in told:
             words, _, names = sentence.partition(" (material ") if "(material " in sentence else (sentence, "", "")
             for name in names.partition(")")[0].split(", "):
                 number = name.removeprefix("material ")
@@ -251,7 +253,7 @@ def _fed(kind: str, fed: str | None, weighty: bool) -> Callable:
                 source = tree.nodes.new("ShaderNodeBsdfDiffuse").outputs[0]
             else:
                 source = tree.nodes.new("ShaderNodeValue").outputs[0]
-                source.default_value = 0.37
+                source.default_value = 1.0 if socket.type == "BOOLEAN" else 0.37
             tree.links.new(source, socket)
         return next(output for output in node.outputs if output.type == "SHADER")
 

@@ -53,7 +53,8 @@ class Matrix:
         inverse = np.divide(1.0, self._own, out=np.zeros_like(self._own), where=self._own > 0)
         unit = max(float(np.abs(right).max(initial=0.0)) / self._scale, float(np.abs(start).max(initial=0.0)), 1e-300)
         values = (start / unit).astype(np.float32)
-        residual = (right / (unit * self._scale)).astype(np.float32) - self._applied(values)
+        # One after the other: of small light the product would be zero.
+        residual = (right / self._scale / unit).astype(np.float32) - self._applied(values)
         step = inverse * residual
         size = np.einsum("ux,ux->x", residual, step)
         for _ in range(steps):

@@ -119,6 +119,7 @@ class RecordLight:
         self.reflected.know(found["direct"], found["indirect"])
         if self._crew is not None:
             self._crew.know_light(found["direct"], found["indirect"])
-        whole = max(float(np.sum(found["direct"]) + np.sum(found["indirect"])), 1e-300)
-        errors = (s.estimate.common_error * float(np.sum(s.estimate.irradiance.value)) / whole for s in self.searches)
+        # Emission may be negative, and then sums may be zero or less.
+        whole = max(float(np.abs(found["direct"]).sum() + np.abs(found["indirect"]).sum()), 1e-300)
+        errors = (s.estimate.common_error * np.abs(s.estimate.irradiance.value).sum() / whole for s in self.searches)
         self.common_error = float(np.sqrt(sum(error**2 for error in errors)))

@@ -182,7 +182,9 @@ def _on_surface(part: CornerPoints, surface: MeshSurface, centres, normals, faci
     found = triangles >= 0
     flat = surface.vertices[surface.triangles[triangles]]
     across = np.cross(flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]) @ normal_matrices(part.matrix[None])[0].T
-    facing = np.where(found[:, None], safe_unit(across)[0], facing)
+    # In an object that is flattened to a plane some faces have no direction left.
+    across, directed = safe_unit(across)
+    facing = np.where((found & directed)[:, None], across, facing)
     # Rounded as its points are, unless the surface turns away there.
     smooth = dots(normals, facing) > _SMOOTH
     centres = np.where(found[:, None], places @ linear.T + origin, centres)

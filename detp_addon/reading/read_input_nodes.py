@@ -7,7 +7,7 @@ import numpy as np
 from ...core.photons.specular import fresnel
 from .arithmetic import unit
 from .blackbody import blackbody
-from .read_node_graph import feed_of, find_input
+from .read_node_graph import find_input
 from .read_values import UNKNOWN, Values, constant
 from .working_space import from_rec709
 
@@ -20,7 +20,7 @@ def _set_value(values: Values, node, output, groups):
 
 
 def _image(values: Values, node, output, groups):
-    linked = feed_of(find_input(node, "Vector"), groups).node is not None
+    linked = values.linked(node, "Vector", groups)
     coordinates = values.input(node, "Vector", groups) if linked else values.places.given("uv")
     colour, alpha = values.places.image(node, coordinates)
     return alpha if output.identifier == "Alpha" else colour
@@ -102,7 +102,7 @@ def _pattern(values: Values, node, output, groups):
 
 def _coordinates(values: Values, node, groups) -> np.ndarray:
     """Where (m, 3) a pattern is looked up: generated coordinates, unless others are linked."""
-    linked = feed_of(find_input(node, "Vector"), groups).node is not None
+    linked = values.linked(node, "Vector", groups)
     return values.input(node, "Vector", groups) if linked else values.places.given("position", "Generated")
 
 

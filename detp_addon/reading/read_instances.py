@@ -22,7 +22,7 @@ from .placed_values import Standing
 from .read_lights import read_light
 from .read_materials import Materials
 from .read_meshes import MeshSurface, read_mesh, rendered_mesh, respond, with_area
-from .read_world import world_colour
+from .read_world import note_world, world_colour
 from .render_settings import note_object, note_scene
 from .response import Optics
 
@@ -130,6 +130,9 @@ def read_instances(depsgraph, wanted: set | None, findings: Findings, written: S
     mirrors = bool(read.optics.front.mirror.any() or read.optics.front.clear.any())
     for obj, row in placed.items():
         note_object(obj, row is not None and bool(read.shines[row]), mirrors, findings)
+    if mirrors:
+        materials.note_mirrors()
+    note_world(world, mirrors, findings)
     note_scene(depsgraph.scene, layer, world, mirrors, findings)
     return read
 

@@ -19,6 +19,9 @@ from .views import LAMP_RAYS
 
 _SHAPES = {"SQUARE": "rectangle", "RECTANGLE": "rectangle", "DISK": "ellipse", "ELLIPSE": "ellipse"}
 
+#: cosine between a lamp's axes beyond which Cycles' light of it differs by more than a hundredth or two
+SHEARED = 0.05
+
 
 def read_light(obj, matrix: np.ndarray, metres: float, findings: Findings) -> Light | None:
     """The light of an evaluated lamp object that ``matrix`` (4, 4) places in the world, None when it gives none.
@@ -122,6 +125,9 @@ def _area(obj, matrix: np.ndarray, metres: float, strength: np.ndarray, findings
     if np.linalg.norm(np.cross(edge_u, edge_v)) == 0.0:
         findings.warn("area lights without an area are left out: {}", "light", obj.name)
         return None
+    axes = matrix[:3, :3] / np.linalg.norm(matrix[:3, :3], axis=0)
+    if np.abs(axes.T @ axes - np.eye(3)).max() > SHEARED:
+        findings.left_out("the shear of {} under scaled parents, even here and not in Cycles", "area light", obj.name)
     # A mirrored lamp still shines along its own -Z, which the order of the edges tells.
     edge_u = -edge_u if np.linalg.det(matrix[:3, :3]) < 0 else edge_u
     shape, spread, power = _SHAPES[lamp.shape], min(lamp.spread, math.pi), strength * metres**2

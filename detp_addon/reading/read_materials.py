@@ -10,7 +10,7 @@ from .findings import Findings
 from .read_colour_nodes import COLOUR_RULES
 from .read_images import Images
 from .read_input_nodes import INPUT_RULES
-from .read_node_graph import Feed, node_tree, output_feed
+from .read_node_graph import Feed, node_tree, output_feed, output_node
 from .read_shaders import DEFAULT_ALBEDO, Shaders
 from .read_values import Values
 from .response import Response
@@ -25,6 +25,12 @@ _CHUNK = 1 << 14
 #: indices of refraction are brought into this range
 _IOR = (0.01, 100.0)
 
+#: the quarters (4, 16) of a triangle, three at its corners and one between them, as means over its PATCHES
+_QUARTERS = np.stack([*(PATCHES > 0.5).T, (PATCHES < 0.5).all(axis=1)]) / 4.0
+
+#: how far what quarters of a triangle do may differ, where one value stands for all
+_EVEN = {"transmittance": 0.1, "spread": 0.1, "albedo": 0.25, "emission": 0.25}
+
 #: how far rounding may push a share above 1 without a word
 _ROUNDING = 1e-4
 
@@ -37,7 +43,7 @@ class Recipe:
     fixed     its response (one row) when no nodes make it
     feed      of the output's surface otherwise, None when nothing is linked there
     needs     what its nodes ask of the mesh and its object; empty when it is the same everywhere
-    asks      "rays", "side" and "angle", where it depends on those
+    asks      "rays", "side", "angle" and "mirrors", where it depends on those (see Probe)
     specular  whether it may mirror or refract
     opaque    whether what lets light through throws a full shadow in Cycles
     index     pass index of the material
@@ -60,6 +66,8 @@ class Materials:
         self._findings = findings
         self._images = Images(findings)
         self._noted: set[int] = set()
+        self._told_mirrors: list[str] = []
+        self._uneven = np.zeros(0, bool)
         self._recipes: dict[int, Recipe] = {0: Recipe("", fixed=Response.of(albedo=DEFAULT_ALBEDO))}
 
     def recipe(self, material) -> Recipe:
@@ -76,25 +84,36 @@ class Materials:
             return
         self._noted.add(pointer)
         tree = node_tree(material)
-        output = tree.get_output_node("CYCLES") if tree else None
+        output = output_node(tree) if tree else None
         if output is None:
             return
         for name, sentence in (("Volume", "volumes of {}"), ("Displacement", "displacement of {}")):
             if name in output.inputs and output.inputs[name].is_linked:
                 self._findings.left_out(sentence, "material", material.name)
 
-    def evaluate(self, recipe: Recipe, corners: dict[tuple[str, str], np.ndarray], count: int) -> dict[int, Response]:
+    def note_mirrors(self) -> None:
+        """Name the materials met that look otherwise to mirrors and through glass, which a scene with such asks for."""
+        for name in self._told_mirrors:
+            self._findings.left_out("what {} show to mirrors and through glass alone", "material", name)
+
+    def evaluate(
+        self, recipe: Recipe, corners: dict[tuple[str, str], np.ndarray], count: int
+    ) -> tuple[dict[int, Response], np.ndarray]:
         """The mean response (count rows) of each triangle in those of VIEWS that differ, by their numbers.
 
-        ``corners`` has the recipe's needs at the triangles' corners (count, 3, c).
+        And which triangles (count,) have a pattern that their mean does not show. ``corners`` has the recipe's needs at
+        the triangles' corners (count, 3, c).
         """
+        self._uneven = np.zeros(count, bool)
+        if "mirrors" in recipe.asks:
+            self._told_mirrors.append(recipe.name)
         numbers = sorted({same_view(number, recipe.asks) for number in range(len(VIEWS))})
         found = {number: self._evaluated(recipe, corners, count, VIEWS[number]) for number in numbers}
         specular = [(response.mirror, response.gloss, response.clear) for response in found.values()]
         if any((one != other).any() for view in specular for one, other in zip(view, specular[0], strict=True)):
             self._findings.left_out("mirrors and glass of {} that differ by the side or the kind of ray", "material",
                                     recipe.name)  # fmt: skip
-        return found
+        return found, self._uneven
 
     def _evaluated(self, recipe: Recipe, corners, count: int, view: View) -> Response:
         if recipe.fixed is not None:
@@ -105,6 +124,7 @@ class Materials:
         for start in range(0, count, _CHUNK):
             rows = slice(start, min(start + _CHUNK, count))
             raw = self._raw(recipe, {key: values[rows] for key, values in corners.items()}, view)
+            self._uneven[rows] |= _uneven(raw, rows.stop - rows.start)
             parts.append(self._physical(_triangle_means(raw, rows.stop - rows.start), recipe.name))
         return Response.joined(parts)
 
@@ -172,14 +192,33 @@ def _recipe(material) -> Recipe:
     if feed is None:
         through = 1.0 if output_feed(tree, "Volume") else 0.0
         return Recipe(material.name, fixed=Response.of(transmittance=through))
-    probe = Probe()
-    with np.errstate(all="ignore"):
-        shaders = Shaders(Values(probe, RULES), lambda sentence: None)
-        shaders.response(feed)
+    probe, shaders = probed(feed)
     opaque = not getattr(material, "use_transparent_shadow", True) and shaders.passes
     asks = frozenset(probe.asks | ({"rays"} if opaque else set()))
     needs = frozenset(probe.needs)
     return Recipe(material.name, None, feed, needs, asks, shaders.specular, opaque, material.pass_index)
+
+
+def _uneven(raw: Response, count: int) -> np.ndarray:
+    """Whether (count,) the quarters of each triangle differ by more than _EVEN allows; of emission, as a share."""
+    uneven = np.zeros(count, bool)
+    for name, most in _EVEN.items():
+        array = np.nan_to_num(getattr(raw, name))
+        if len(array) == 1:
+            continue
+        quarters = np.einsum("qp,tpc->tqc", _QUARTERS, array.reshape(count, len(PATCHES), -1))
+        scale = np.abs(quarters).max(initial=0.0) if name == "emission" else 1.0
+        uneven |= (np.ptp(quarters, axis=1) > most * scale).any(axis=1)
+    return uneven
+
+
+def probed(feed: Feed) -> tuple[Probe, Shaders]:
+    """What the shader that ``feed`` leads to asks for."""
+    probe = Probe()
+    with np.errstate(all="ignore"):
+        shaders = Shaders(Values(probe, RULES), lambda sentence: None)
+        shaders.response(feed)
+    return probe, shaders
 
 
 def _repeated(response: Response, count: int) -> Response:

@@ -140,7 +140,7 @@ def corner_triangles(mesh) -> np.ndarray:
 def respond(surfaces: list[MeshSurface], materials: Materials) -> Optics:
     """What the triangles of all surfaces, one after the other, do to light; all triangles of a material at once."""
     starts = starts_of([len(surface.triangles) for surface in surfaces])
-    front, differing = Response.none(starts[-1]), []
+    front, differing, patterned = Response.none(starts[-1]), [], []
     for recipe, wearers in _wearers(surfaces):
         rows = np.concatenate([starts[number] + rows for number, rows in wearers])
         corners = {
@@ -149,7 +149,9 @@ def respond(surfaces: list[MeshSurface], materials: Materials) -> Optics:
             )
             for key in recipe.needs
         }
-        found = materials.evaluate(recipe, corners, len(rows))
+        found, uneven = materials.evaluate(recipe, corners, len(rows))
+        if uneven.any():
+            patterned.append((recipe.name, rows[uneven]))
         front.put(rows, found[0])
         if len(found) > 1:
             differing.append((rows, [found[same_view(number, recipe.asks)] for number in range(len(VIEWS))]))
@@ -162,7 +164,7 @@ def respond(surfaces: list[MeshSurface], materials: Materials) -> Optics:
             known[same] = Response.joined(parts).rows(order)
             _settle(known[same], rows[order], surfaces, starts)
         views.append(known[same])
-    return Optics(front, rows[order], tuple(views))
+    return Optics(front, rows[order], tuple(views), tuple(patterned))
 
 
 def _wearers(surfaces: list[MeshSurface]) -> Iterator[tuple[Recipe, list[tuple[int, np.ndarray]]]]:

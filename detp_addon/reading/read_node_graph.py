@@ -8,6 +8,13 @@ import bpy
 
 from ..materials.marked_nodes import before
 
+#: types of sockets whose values turn into each other; those that hold whole numbers
+_NUMERIC, _WHOLE = ("VALUE", "INT", "BOOLEAN", "RGBA", "VECTOR"), ("INT", "BOOLEAN")
+
+#: Blender itself resolves groups, reroutes and muted nodes since then, and Cycles did before, by other rules: values
+#: were converted at every socket, what had no link was zero, and coordinates set in a group's input were not taken.
+_RESOLVED = bpy.app.version >= (5, 0)
+
 
 @dataclass(frozen=True)
 class Feed:
@@ -16,11 +23,17 @@ class Feed:
     socket  the output that gives it; or, where nothing is linked, the input whose own value counts
     node    the node of that output, None when nothing is linked
     groups  the group nodes around ``node``, outermost first
+    passed  types of sockets that the value is converted to on its way, first met first
+    empty   whether that place has no value, which counts as zero: such as a group without an output
+    given   whether the value comes from elsewhere than the input that was asked for
     """
 
     socket: bpy.types.NodeSocket
     node: bpy.types.Node | None
     groups: tuple[bpy.types.Node, ...]
+    passed: tuple[str, ...] = ()
+    empty: bool = False
+    given: bool = False
 
     @property
     def key(self) -> tuple[int, ...]:
@@ -39,12 +52,18 @@ def node_tree(owner) -> bpy.types.NodeTree | None:
 
 def output_feed(tree, name: str = "Surface") -> Feed | None:
     """What feeds the input ``name`` of the output node that Cycles uses, None when nothing does."""
-    output = tree.get_output_node("CYCLES")
+    output = output_node(tree)
     # A script can give a material the output node of a lamp, which has no such input.
     if output is None or name not in output.inputs:
         return None
     feed = feed_of(output.inputs[name], ())
     return feed if feed.node is not None or feed.socket.type != "SHADER" else None
+
+
+def output_node(tree) -> bpy.types.Node | None:
+    """The output node of a tree that Cycles uses, None when there is none or it is muted."""
+    output = tree.get_output_node("CYCLES")
+    return None if output is None or output.mute else output
 
 
 def find_input(node, identifier: str):
@@ -57,40 +76,50 @@ def feed_of(socket, groups: tuple[bpy.types.Node, ...]) -> Feed:
 
     Nodes that bring baked light into a material are looked through.
     """
-    passed = set()
+    asked, held, met, types, empty = socket, None, set(), [], False
     while True:
-        feed = Feed(socket, None, groups)
-        if feed.key in passed:
-            return feed
-        passed.add(feed.key)
+        passed = () if _RESOLVED else tuple(reversed(types))
+        feed = Feed(socket, None, groups, passed, empty, _RESOLVED and socket != asked)
+        # The last input on the way that has a value of its own.
+        held = held if empty and _RESOLVED else feed
+        if feed.key in met:
+            return held
+        met.add(feed.key)
         # Asking a socket for its links takes as long as the tree has links.
         links = socket.links if socket.is_linked else ()
         link = next((link for link in links if link.is_valid and not link.is_muted), None)
         if link is None:
-            return feed
+            return held
         node, source = link.from_node, link.from_socket
+        empty = False
         if node.bl_idname == "NodeReroute":
-            socket = node.inputs[0]
+            socket, empty = node.inputs[0], True
         elif (original := before(node)) is not None:
             socket = original
         elif node.mute:
             through = next((inner for inner in node.internal_links if inner.to_socket == source), None)
             if through is None:
-                return Feed(source, None, groups)
-            socket = through.from_socket
+                return held
+            socket, empty = through.from_socket, True
         elif node.bl_idname == "NodeGroupInput" and groups and (outside := find_input(groups[-1], source.identifier)):
             socket = outside
             groups = groups[:-1]
-        elif node.bl_idname == "ShaderNodeGroup" and (inside := _group_result(node, source.identifier)) is not None:
+        elif node.bl_idname == "ShaderNodeGroup" and node.node_tree is not None:
+            inside = _group_result(node, source.identifier)
+            if inside is None:
+                return Feed(source, None, groups, passed, True, _RESOLVED)
             socket = inside
             groups = (*groups, node)
         else:
-            return Feed(source, node, groups)
+            if _RESOLVED and node.bl_idname == "ShaderNodeValue":
+                passed = tuple(kind for kind in reversed(types) if kind in _WHOLE)
+            return Feed(source, node, groups, passed, given=True)
+        if source.type in _NUMERIC:
+            types.append(source.type)
 
 
 def _group_result(group, identifier: str):
-    """The input, inside the group, that its output ``identifier`` shows; None when there is none."""
-    nodes = group.node_tree.nodes if group.node_tree else ()
-    outputs = [node for node in nodes if node.bl_idname == "NodeGroupOutput"]
+    """The input, inside the group, that its output ``identifier`` shows; None when there is none, or it is muted."""
+    outputs = [node for node in group.node_tree.nodes if node.bl_idname == "NodeGroupOutput"]
     output = next((node for node in outputs if node.is_active_output), None)
-    return find_input(output, identifier) if output else None
+    return find_input(output, identifier) if output is not None and not output.mute else None

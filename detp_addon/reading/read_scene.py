@@ -28,6 +28,9 @@ from .render_view import view_as_render
 from .settled_corners import SettledPoints, settled_points
 from .world_picture import world_lights
 
+#: faces are large beyond this share of the scene
+LARGE = 0.05
+
 #: where light is looked for: on the faces, whose values are fitted to it, or at their vertices
 FITS = ("faces", "vertices")
 
@@ -134,6 +137,7 @@ def read_scene(
     placed = placed_triangles(read.surfaces, read.placements)
     world = _world_light(read, context_scene.frame_current if frame is None else frame, findings)
     scene = _scene(read, placed, world, findings)
+    _name_patterns(read, placed, findings)
     baked, points, shown = _targets(read, scene, domain, fit, kept)
     if targets is not None:
         _name_missing(wanted, {target.object_name for target in baked}, findings)
@@ -221,6 +225,18 @@ def _scene(read: RenderedObjects, placed: PlacedTriangles, world: list[Light], f
         placed.vertices, placed.triangles, albedo, emission, between, lights, specular, unshaded,
         spread if spread.any() else None,
     )  # fmt: skip
+
+
+def _name_patterns(read: RenderedObjects, placed: PlacedTriangles, findings: Findings) -> None:
+    """Name materials with patterns on faces that are large in the scene, since a triangle has one value here."""
+    if not read.optics.uneven:
+        return
+    size = np.ptp(np.percentile(placed.vertices, (5, 95), axis=0), axis=0).max()
+    corners = placed.vertices[placed.triangles]
+    large = placed.rows[(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2) > LARGE * size).any(axis=1)]
+    for name, rows in read.optics.uneven:
+        if np.isin(large, rows).any():
+            findings.warn("patterns on large faces count as one colour a triangle in {}", "material", name)
 
 
 def _targets(

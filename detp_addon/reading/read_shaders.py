@@ -35,7 +35,7 @@ class Shaders:
         """What the shader that ``feed`` leads to does to light; black without one."""
         if feed.node is None and feed.socket.type == "SHADER":
             return Response.of()
-        return self._known.of(feed.key, lambda: self._evaluated(feed))
+        return self._known.of((*feed.key, feed.passed), lambda: self._evaluated(feed))
 
     def _evaluated(self, feed: Feed) -> Response:
         if feed.socket.type != "SHADER":
@@ -55,8 +55,10 @@ class Shaders:
 
     def used(self, node, identifier: str, groups) -> bool:
         """Whether a numeric input is there and may be other than zero."""
-        socket = find_input(node, identifier)
-        return socket is not None and (self.values.linked(node, identifier, groups) or socket.default_value != 0.0)
+        if find_input(node, identifier) is None:
+            return False
+        fixed = self.values.fixed(node, identifier, groups)
+        return fixed is None or bool(fixed.any())
 
 
 def _drives(node, identifier: str) -> bool:
@@ -86,7 +88,8 @@ def _principled(shaders: Shaders, node, groups) -> Response:
 
 def _opens(shaders: Shaders, node, groups) -> bool:
     """Whether a Principled shader's alpha may be below one."""
-    return shaders.values.linked(node, "Alpha", groups) or find_input(node, "Alpha").default_value < 1.0
+    fixed = shaders.values.fixed(node, "Alpha", groups)
+    return fixed is None or bool((fixed < 1.0).any())
 
 
 def _note_principled(shaders: Shaders, node, groups, partly_diffuse: bool) -> None:

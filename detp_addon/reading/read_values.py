@@ -74,14 +74,12 @@ class Values:
         socket = find_input(node, identifier)
         feed = feed_of(socket, groups)
         value = self._value(feed)
-        if value is None:
-            return constant(socket)
-        return converted(value, feed.socket.type, socket.type)
+        return constant(socket) if value is None else _arrived(value, feed, socket.type)
 
     def colour(self, feed: Feed) -> np.ndarray:
         """What ``feed`` gives as a colour, black when that is not known."""
         value = self._value(feed)
-        return np.zeros((1, 3)) if value is None else converted(value, feed.socket.type, "RGBA")
+        return np.zeros((1, 3)) if value is None else _arrived(value, feed, "RGBA")
 
     def mixed(self, factor: np.ndarray, first: Callable[[], Mixed], second: Callable[[], Mixed], mix) -> Mixed:
         """``mix(first(), second())``, or the one of them that a ``factor`` of 0 or 1 leaves: the other is not seen."""
@@ -92,13 +90,18 @@ class Values:
         return mix(first(), second())
 
     def linked(self, node, identifier: str, groups: tuple) -> bool:
-        """Whether another node gives the input's value."""
+        """Whether the input's value comes from elsewhere."""
         socket = find_input(node, identifier)
-        return socket is not None and feed_of(socket, groups).node is not None
+        return socket is not None and feed_of(socket, groups).given
+
+    def fixed(self, node, identifier: str, groups: tuple) -> np.ndarray | None:
+        """The value of an input that no node decides; None where one does."""
+        feed = feed_of(find_input(node, identifier), groups)
+        return None if feed.node is not None else self.input(node, identifier, groups)
 
     def _value(self, feed: Feed) -> np.ndarray | None:
         if feed.node is None:
-            return constant(feed.socket)
+            return np.zeros((1, 1)) if feed.empty else constant(feed.socket)
         return self._known.of(feed.key, lambda: self._evaluated(feed))
 
     def _evaluated(self, feed: Feed) -> np.ndarray | None:
@@ -107,6 +110,14 @@ class Values:
         if value is None:
             self.places.unknown(described(feed.node))
         return value
+
+
+def _arrived(value: np.ndarray, feed: Feed, target: str) -> np.ndarray:
+    """What becomes of the ``value`` of a ``feed`` on its way to an input of the type ``target``."""
+    source = feed.socket.type
+    for kind in (*feed.passed, target):
+        value, source = converted(value, source, kind), kind
+    return value
 
 
 def constant(socket) -> np.ndarray:
@@ -122,9 +133,9 @@ def converted(value: np.ndarray, source: str, target: str) -> np.ndarray:
     wide = target in ("RGBA", "VECTOR")
     if wide:
         return np.repeat(value, 3, axis=1) if value.shape[1] == 1 else value
-    if value.shape[1] == 1:
-        return value
-    return luminance(value) if source == "RGBA" else value.mean(axis=1, keepdims=True)
+    if value.shape[1] > 1:
+        value = luminance(value) if source == "RGBA" else value.mean(axis=1, keepdims=True)
+    return np.trunc(value) if target in ("INT", "BOOLEAN") else value
 
 
 def described(node) -> str:

@@ -116,11 +116,13 @@ class Optics:
     front  T rows, of the first view
     rows   (R,) the triangles that are not the same in all views, ascending
     views  R rows, in each of VIEWS; none when there are no such triangles
+    uneven material by material, its name and the triangles whose means hide a pattern
     """
 
     front: Response
     rows: np.ndarray
     views: tuple[Response, ...]
+    uneven: tuple[tuple[str, np.ndarray], ...] = ()
 
     def seen(self, name: str, number: int) -> np.ndarray:
         """The array ``name`` of the response (T rows) in the view of that ``number``."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from .read_images import Images
 from .texture_pyramid import triangle_centres
-from .views import VIEWS, View
+from .views import MIRROR_RAYS, VIEWS, View
 
 _ROWS = 4
 
@@ -42,13 +42,16 @@ _WIDTHS = {
 class Probe:
     """No place at all: notes what the nodes ask for, and gives zeros.
 
-    needs  kinds and names of what the mesh or its object must give
-    asks   "rays", "side" and "angle", where the values depend on those
+    needs    kinds and names of what the mesh or its object must give
+    asks     "rays", "side" and "angle", where the values depend on those, and "mirrors", where they depend on whether a
+             mirror or glass looks
+    strange  the names of nodes whose work is not known
     """
 
     real = False
     needs: set[tuple[str, str]] = field(default_factory=set)
     asks: set[str] = field(default_factory=set)
+    strange: set[str] = field(default_factory=set)
 
     def given(self, kind: str, name: str = "") -> np.ndarray:
         """Zero, and a note."""
@@ -59,6 +62,8 @@ class Probe:
         """Zero, and a note when not all kinds of rays tell the same."""
         if len({view.rays.get(output, 0.0) for view in VIEWS}) > 1:
             self.asks.add("rays")
+        if output in MIRROR_RAYS:
+            self.asks.add("mirrors")
         return 0.0
 
     @property
@@ -84,7 +89,8 @@ class Probe:
         return np.zeros((1, 3)), np.zeros((1, 1))
 
     def unknown(self, feature: str) -> None:
-        """Nothing: the real evaluation names it."""
+        """A note: the real evaluation names it."""
+        self.strange.add(feature)
 
     about = unknown
 

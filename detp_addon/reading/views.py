@@ -21,6 +21,11 @@ LAMP_RAYS = {"Ray Depth": 1.0, "Ray Length": None}
 #: and of those that ask whether anything stands between
 SHADOW_RAYS = {**LAMP_RAYS, "Is Shadow Ray": 1.0}
 
+#: outputs of Light Path that only rays from mirrors and glass set
+MIRROR_RAYS = frozenset(
+    {"Is Glossy Ray", "Is Singular Ray", "Is Transmission Ray", "Glossy Depth", "Transmission Depth"}
+)
+
 #: cosines of the angles at which even light meets a surface: the middles of parts that bring as much each
 COSINES = tuple(math.sqrt((step + 0.5) / 4) for step in range(4))
 

@@ -159,9 +159,9 @@ def _set_rays(tree, groups: list) -> None:
             node.node_tree = node.node_tree.copy()
             groups.append(node.node_tree)
             _set_rays(node.node_tree, groups)
-        elif node.bl_idname == "ShaderNodeLightPath":
+        elif node.bl_idname == "ShaderNodeLightPath" and not node.mute:
             for socket in node.outputs:
-                _replace(tree, socket, 0.0 if node.mute else WORLD_RAYS.get(socket.identifier, 0.0))
+                _replace(tree, socket, WORLD_RAYS.get(socket.identifier, 0.0))
 
 
 def _replace(tree, socket, number: float) -> None:

@@ -247,3 +247,23 @@ def test_discs_smaller_than_the_rounding_of_their_place_do_not_stop_a_search(gat
     path = Segments(np.array([(1e17, 0, 5.0)]), np.array([(1e17, 0, -5.0)]), np.ones((1, 3)), np.zeros(1, np.uint16))
     found = [pair for part in search.crossings(path) for pair in zip(part.segment, part.disc, strict=True)]
     assert set(found) <= {(0, 0), (0, 1), (0, 2)}
+
+
+def test_light_that_is_as_much_below_zero_as_above():
+    """Of a world in the colours of its directions, as much light is taken as is given."""
+    tree = world((0, 0, 0)).node_tree
+    towards = tree.nodes.new("ShaderNodeTexCoord").outputs["Normal"]
+    tree.links.new(towards, tree.nodes["Background"].inputs["Color"])
+    quad(size=4.0)
+    cube(location=(2, 2, 1.5))
+    report = baked(photons=2000)
+    assert np.isfinite(report.photons) and np.isfinite(colours(bpy.data.objects["quad"])).all()
+
+
+@pytest.mark.parametrize("scale", [(1, 1, 0), (0, 1, 1)])
+def test_a_box_scaled_flat_under_a_modifier_that_changes_its_faces(scale):
+    """The faces along the flat axis have no direction left, but the vertices near them lie on the others."""
+    box = cube(scale=scale)
+    box.modifiers.new("bevel", "BEVEL").segments = 2
+    report = baked()
+    assert report.objects == 1 and np.isfinite(colours(box)).all()

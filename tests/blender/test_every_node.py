@@ -8,27 +8,10 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 import scene_table  # noqa: E402
-from detp.detp_addon.tradeoff.cycles_bake import set_up_cycles  # noqa: E402
+from beside_cycles import emitted  # noqa: E402
 from scene_table import HARMLESS, HONOURED, NAMED_WORD, Zoo  # noqa: E402
 
 TEXT = (Path(__file__).parents[2] / "docs" / "scenes.md").read_text()
-
-
-def emitted(obj):
-    """What Cycles' own bake says that each triangle gives off (T, 3), the mean of its corners."""
-    scene, data = bpy.context.scene, obj.data
-    set_up_cycles(scene, bounces=0)
-    scene.cycles.samples = 1
-    data.color_attributes.new("emitted", "FLOAT_COLOR", "CORNER")
-    paint = data.attributes.active_color_name
-    data.attributes.active_color_name = "emitted"
-    obj.select_set(True)
-    bpy.context.view_layer.objects.active = obj
-    bpy.ops.object.bake(type="EMIT", target="VERTEX_COLORS")
-    data.attributes.active_color_name = paint
-    values = np.empty((len(data.loops), 4), np.float32)
-    data.attributes["emitted"].data.foreach_get("color", values.ravel())
-    return values[:, :3].reshape(-1, 3, 3).mean(axis=1)
 
 
 def unlike_cycles(shaders):

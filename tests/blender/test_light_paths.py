@@ -119,10 +119,40 @@ def test_pictures_of_worlds_see_into_groups_and_leave_them_alone():
     assert any(link.from_node.bl_idname == "ShaderNodeLightPath" for link in inner.links)
 
 
-def test_a_muted_light_path_is_zero():
-    world_of(lambda tree: background(tree, Color=(1, 1, 1, 1), Strength=path(tree, "Is Diffuse Ray", mute=True)))
-    lamp("POINT")
-    assert read().lights == 1
+@pytest.mark.parametrize("colour", ["even", "gradient"])
+def test_a_muted_light_path_leaves_the_value_that_is_set(colour):
+    """In Cycles, too: a background's strength of 1."""
+
+    def build(tree):
+        tint = (0.6, 0.6, 0.6, 1) if colour == "even" else gradient(tree)
+        return background(tree, Color=tint, Strength=path(tree, "Is Camera Ray", mute=True))
+
+    world_of(build)
+    assert np.allclose(radiance(), 0.6, atol=0.01)
+
+
+def test_what_only_mirrors_see_is_named_where_there_are_any(floor):
+    def glowing(tree):
+        return node(tree, "ShaderNodeEmission", Strength=path(tree, "Is Glossy Ray"))
+
+    world_of(lambda tree: background(tree, Color=(1, 1, 1, 1), Strength=path(tree, "Is Transmission Ray")))
+    floor.data.materials.append(material(glowing))
+    assert not any("mirrors" in each for each in read().left_out)
+    quad("mirror").data.materials.append(material(lambda tree: tree.nodes.new("ShaderNodeBsdfGlass")))
+    named = [each for each in read().left_out if "mirrors" in each]
+    assert len(named) == 2 and any("world" in each for each in named)
+
+
+@pytest.mark.parametrize("build, word", [
+    (lambda tree: tree.nodes.new("ShaderNodeTexCoord").outputs["Window"], "camera"),
+    (lambda tree: tree.nodes.new("ShaderNodeCameraData").outputs["View Vector"], "camera"),
+    (lambda tree: path(tree, "Ray Depth"), "Ray Depth"),
+    (gradient, None),
+])  # fmt: skip
+def test_what_no_picture_of_a_world_can_show_is_named(build, word):
+    world_of(lambda tree: background(tree, Color=build(tree)))
+    found = read()
+    assert [word in each for each in (*found.left_out, *found.warnings)] == ([] if word is None else [True])
 
 
 @pytest.mark.parametrize("depth", [0, 2])

@@ -135,15 +135,6 @@ def test_mixed_and_added_shaders_and_groups():
     assert np.allclose(albedo, 0.3) and np.allclose(emission, (3, 1.5, 0)) and np.allclose(through, 0.25)
 
 
-def test_muted_nodes_hand_their_input_on():
-    def build(tree):
-        inverted = node(tree, "ShaderNodeInvert", Fac=1.0, Color=(0.1, 0.2, 0.3, 1))
-        inverted.mute = True
-        return node(tree, "ShaderNodeBsdfDiffuse", Color=colour(inverted))
-
-    assert np.allclose(surface_of(build)[0], (0.1, 0.2, 0.3))
-
-
 def test_an_output_without_shader_is_black_and_a_volume_alone_is_clear():
     def volume(tree):
         output = tree.nodes.new("ShaderNodeOutputMaterial")
@@ -199,6 +190,28 @@ def test_images_are_averaged_over_each_triangle_as_linear_light():
     shares = scene.corners[:, :, 0].mean(axis=1)
     right = np.where(shares > 0.5, 0.75, 0.25)
     assert np.allclose(scene.albedo[:, 0], right + (1 - right) * linear(0.5), atol=0.03)
+
+
+@pytest.mark.parametrize("shader, socket", [
+    ("Emission", "Color"), ("BsdfTransparent", "Color"), ("BsdfTranslucent", "Color"), ("BsdfDiffuse", "Color"),
+])  # fmt: skip
+def test_patterns_are_named_on_large_faces_alone(shader, socket):
+    picture = image(halves((1, 0, 0, 1), (0, 0, 1, 1)))
+
+    def build(tree):
+        shown = node(tree, "ShaderNodeTexImage", {"image": picture})
+        return node(tree, f"ShaderNode{shader}", **{socket: shown.outputs[0]})
+
+    window = quad()
+    map_to_unit_square(window)
+    window.data.materials.append(material(build, "window"))
+    assert ["window" in each for each in read().warnings] == [True]
+    for corner in window.data.uv_layers[0].uv:
+        corner.vector.x *= 0.4
+    assert read().warnings == ()
+    map_to_unit_square(window)
+    quad("ground", size=50.0)
+    assert read().warnings == ()
 
 
 def test_small_triangles_see_their_own_texels():
@@ -374,7 +387,8 @@ def test_gradients_and_checkers_have_their_means_over_faces(kind, mean):
         return node(tree, "ShaderNodeBsdfDiffuse", Color=colour(made))
 
     albedo, _, _, result = surface_of(build, obj)
-    assert np.allclose(albedo.mean(axis=0), mean, atol=0.01) and not result.warnings
+    assert np.allclose(albedo.mean(axis=0), mean, atol=0.01)
+    assert all("patterns on large faces" in warning for warning in result.warnings)
 
 
 def test_attributes_that_a_mesh_lacks_are_black_and_named():

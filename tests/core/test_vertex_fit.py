@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from detp.core.fit.equations import Neighbours
 from detp.core.fit.shown_faces import ShownFaces
 from detp.core.fit.vertex_fit import VertexFit
 from detp.core.irradiance import Irradiance
@@ -167,3 +168,12 @@ def test_faces_with_a_thin_wall_between_them_keep_their_own_light():
     shown = walls(0.004, lambda at: np.where(at[:, 0] < 4.002, 0.1, 2.0))
     assert shown[:4] == pytest.approx(0.1, rel=0.1)
     assert shown[4:] == pytest.approx(2.0, rel=0.1)
+
+
+@pytest.mark.parametrize("light", [0.0, 1e-250, 1.0])
+@pytest.mark.parametrize("weight", [1e-30, 1.0])
+def test_equations_of_light_as_small_as_may_be_have_a_solution(light, weight):
+    """Of two values that stand together: 2 x - y = light and 2 y - x = light."""
+    matrix = Neighbours(np.array([(0, 1)]), 2).matrix(np.full(2, 2.0 * weight), np.array([-weight]))
+    found = matrix.solved(np.full((2, 3), light * weight), np.zeros((2, 3)), 8)
+    assert np.allclose(found, light, rtol=1e-5, atol=0.0)

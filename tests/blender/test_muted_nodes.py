@@ -1,0 +1,114 @@
+"""Muted nodes, empty reroutes and sockets of other types on the way hand on what they do in this Blender's Cycles."""
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+from beside_cycles import emitted  # noqa: E402
+from made_scenes import fresh, lamp, linked, material, mesh, node, quad, read, with_nodes  # noqa: E402
+
+COLOUR = (0.9, 0.5, 0.2, 1)
+
+
+@pytest.fixture(autouse=True)
+def scene():
+    return fresh()
+
+
+def rgb(tree):
+    made = tree.nodes.new("ShaderNodeRGB")
+    made.outputs[0].default_value = COLOUR
+    return made.outputs[0]
+
+
+def muted(made, output=0):
+    made.mute = True
+    return made.outputs[output]
+
+
+def through(tree, kind, source):
+    """What ``source`` becomes through the input of a group, of that ``kind``; None links nothing there."""
+    group = bpy.data.node_groups.new("group", "ShaderNodeTree")
+    group.interface.new_socket("Result", in_out="OUTPUT", socket_type="NodeSocketColor")
+    group.interface.new_socket("Given", in_out="INPUT", socket_type=kind)
+    group.links.new(group.nodes.new("NodeGroupInput").outputs[0], group.nodes.new("NodeGroupOutput").inputs[0])
+    holder = tree.nodes.new("ShaderNodeGroup")
+    holder.node_tree = group
+    tree.links.new(source, holder.inputs[0])
+    return holder
+
+
+def gradient(tree):
+    """A gradient whose coordinates come from a group's input to which nothing is linked."""
+    group = bpy.data.node_groups.new("group", "ShaderNodeTree")
+    group.interface.new_socket("Result", in_out="OUTPUT", socket_type="NodeSocketColor")
+    group.interface.new_socket("Vector", in_out="INPUT", socket_type="NodeSocketVector")
+    pattern = node(group, "ShaderNodeTexGradient", Vector=group.nodes.new("NodeGroupInput").outputs[0])
+    group.links.new(pattern.outputs[0], group.nodes.new("NodeGroupOutput").inputs[0])
+    holder = tree.nodes.new("ShaderNodeGroup")
+    holder.node_tree = group
+    return holder.outputs[0]
+
+
+def muted_inside(tree):
+    holder = through(tree, "NodeSocketColor", rgb(tree))
+    holder.node_tree.nodes["Group Output"].mute = True
+    return holder.outputs[0]
+
+
+#: what decides the colour of an Emission shader that itself is set to blue
+FEEDS = {
+    "muted, linked": lambda tree: muted(node(tree, "ShaderNodeInvert", Color=rgb(tree))),
+    "muted, with a value": lambda tree: muted(node(tree, "ShaderNodeInvert", Color=COLOUR)),
+    "muted, of another type": lambda tree: muted(node(tree, "ShaderNodeSeparateColor", Color=rgb(tree))),
+    "muted, without a way through": lambda tree: muted(tree.nodes.new("ShaderNodeRGB")),
+    "muted group": lambda tree: muted(through(tree, "NodeSocketColor", rgb(tree))),
+    "muted behind a muted one": lambda tree: muted(
+        node(tree, "ShaderNodeInvert", Color=muted(tree.nodes.new("ShaderNodeTexNoise")))
+    ),
+    "muted output of a group": muted_inside,
+    "empty reroute": lambda tree: tree.nodes.new("NodeReroute").outputs[0],
+    "through a number": lambda tree: through(tree, "NodeSocketFloat", rgb(tree)).outputs[0],
+    "through a whole number": lambda tree: through(tree, "NodeSocketInt", rgb(tree)).outputs[0],
+    "coordinates of a group": gradient,
+}
+
+
+def test_what_is_muted_hands_on_what_it_does_in_cycles():
+    places = [(x, y, 0) for x in range(len(FEEDS) + 1) for y in (0, 1)]
+    strip = linked("strip", mesh(places, [(2 * k, 2 * k + 2, 2 * k + 3) for k in range(len(FEEDS))]))
+    for number, build in enumerate(FEEDS.values()):
+
+        def glowing(tree, build=build):
+            glow = node(tree, "ShaderNodeEmission", Color=(0, 0, 1, 1), Strength=1.0)
+            tree.links.new(build(tree), glow.inputs["Color"])
+            return glow
+
+        strip.data.materials.append(material(glowing))
+        strip.data.polygons[number].material_index = number
+    found = read()
+    assert not found.left_out and not found.warnings
+    ours = dict(zip(FEEDS, found.scene.emission, strict=True))
+    theirs = dict(zip(FEEDS, emitted(strip), strict=True))
+    # Cycles bakes the corners, whose mean is that of a gradient and near that of steps.
+    assert {key for key in FEEDS if not np.allclose(ours[key], theirs[key], atol=5e-3)} == set()
+
+
+@pytest.mark.skipif(bpy.app.version >= (5, 0), reason="Blender does not mute outputs since 5.0")
+def test_muted_outputs_show_nothing(scene):
+    def muted_output(owner, shader, output):
+        tree = with_nodes(owner)
+        made = node(tree, output, Surface=tree.nodes.new(shader).outputs[0])
+        made.mute = True
+
+    flat = quad()
+    flat.data.materials.append(bpy.data.materials.new("off"))
+    muted_output(flat.data.materials[0], "ShaderNodeBsdfDiffuse", "ShaderNodeOutputMaterial")
+    muted_output(scene.world, "ShaderNodeBackground", "ShaderNodeOutputWorld")
+    for number, name in enumerate(("off", "on")):
+        shining = lamp("POINT", name, location=(0, 0, 1 + number), energy=10.0)
+    muted_output(bpy.data.lights["off"], "ShaderNodeEmission", "ShaderNodeOutputLight")
+    found = read().scene
+    assert not found.albedo.any()
+    assert [light.position[2] for light in found.lights] == [shining.location.z]

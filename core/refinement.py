@@ -22,9 +22,12 @@ from .stages import Stopwatch
 FIRST_ROUNDS = 4
 FIRST_PHOTONS = 1 << 15
 
-#: With records, so many photons for each of their cells first, up to so many in all; and the first rounds of rays that
-#: look into them.
-PHOTONS_PER_CELL, MOST_FIRST_PHOTONS, FIRST_GATHER = 8, 1 << 18, 2
+#: With records, so many photons for each of their cells first, up to so many in all.
+PHOTONS_PER_CELL, MOST_FIRST_PHOTONS = 8, 1 << 18
+
+#: The first rounds of rays that look into records: the least, which serve this error, and the most; they grow as one
+#: over the error squared. Many at once are spread more evenly than as many one after the other.
+LEAST_GATHER, GATHER_ERROR, MOST_GATHER = 2, 0.068, 8
 
 #: In a bake of a given time, the share of it that each first step may take on a machine so many times slower than the
 #: nominal one.
@@ -40,10 +43,6 @@ MOST_ROUNDS_PER_STEP = 64
 
 #: A later step is no smaller than one over this of the rounds or photons before, since each has to be summed up.
 LEAST_ROUNDS, LEAST_OF_PHOTONS = 4, 16
-
-#: Of the rounds that the error calls for so many are cast before it is looked at again: later ones are better aimed and
-#: spread more evenly than those before.
-SPARING = 0.6
 
 #: A later step of photons may take this share of the time that is left, even if that more than doubles them.
 LEAST_OF_TIME = 0.2
@@ -143,7 +142,7 @@ class Refinement:
         self._stopwatch, self._start = stopwatch, start
         self._error, self._parts, self._over = float("nan"), (0.0, 0.0), 0.0
         # Rays see new photons at records only when they are cast after them: so many rounds are due.
-        self._due = FIRST_GATHER if cells else 0
+        self._due = _first_gather(settings.aimed_noise) if cells else 0
         # What a step of rays and of photons saved of late, over what it was to save; and how many there were before.
         self._worth, self._before = [1.0, 1.0], (0, 0)
         self.missing: np.ndarray | None = None
@@ -270,7 +269,7 @@ class Refinement:
             given_up = own >= MOST_OWN_ROUNDS or self._rays.rays > self._most_rays(goal)
             return None if given_up else Step(rounds=max(own, wanted))
         if goal is not None and np.isfinite(self._over):
-            wanted = min(wanted, max(int(np.ceil(SPARING * done * (self._over**2 - 1.0))), done // LEAST_ROUNDS, 1))
+            wanted = min(wanted, max(int(np.ceil(done * (self._over**2 - 1.0))), done // LEAST_ROUNDS, 1))
         return Step(rounds=wanted)
 
     def _most_rays(self, goal: float) -> float:
@@ -338,6 +337,12 @@ class Refinement:
             return Step(rounds=rounds) if rounds > 0 else None
         photons = int(step.photons * share)
         return Step(photons=photons) if photons >= LEAST_PHOTONS else None
+
+
+def _first_gather(goal: float | None) -> int:
+    """With how many rounds of rays records are first looked into, where that error is aimed at."""
+    wanted = LEAST_GATHER if goal is None else LEAST_GATHER * (GATHER_ERROR / goal) ** 2
+    return int(np.clip(wanted, LEAST_GATHER, MOST_GATHER))
 
 
 def _seconds_left(settings: BakeSettings, start: float) -> float:

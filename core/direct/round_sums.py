@@ -113,6 +113,8 @@ class RoundSums:
         usual = (alike * usual + (1.0 - alike) * groups.means(np.sqrt(relative)) ** 2) * square
         squared *= own
         squared += others * usual
+        # What is known from few samples may as well be more.
+        squared *= 1.0 + 2.0 / (own + others)
         squared /= (own + others) * np.maximum(self.count, 1)
         squared[:, self.samples < LEAST_SAMPLES] = np.inf
         return squared

@@ -53,10 +53,12 @@ MOST_ROUNDS = 512
 #: Photons of which none reached a point are enough to call the points dark.
 DARK_AFTER = 1 << 18
 
-#: Variance by rays over that by photons from which photons are of no use once no more rays are cast; and photons are of
-#: none either where that of the records exceeds the rays' so many times and falls by less than this share of what it
-#: should.
-SPENT, STUCK, STALE = 4.0, 20.0, 0.2
+#: Variance by rays over that by photons from which photons are of no use, once no more rays are cast.
+SPENT = 4.0
+
+#: Variance by photons over that by rays from which rays are of no use; and when photons then save less than this share
+#: of what they should, the records differ by where they lie.
+STUCK, STALE = 20.0, 0.2
 
 #: Once half of the points keep to the error that is aimed at, neighbourhoods in which more than such a share of the
 #: points are off by more than so many times that error are worked on, until they hold few of all points.

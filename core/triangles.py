@@ -18,6 +18,11 @@ def normals_and_areas(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return normals, 0.5 * length * scale[:, 0] ** 2
 
 
+def row_products(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Scalar products (K,) of the vectors (K, 3) of ``first`` and ``second``, row by row."""
+    return np.einsum("ij,ij->i", first, second)
+
+
 def angles_between(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Angles (K,) in radians between unit vectors, each (K, 3); exact for small ones, where cosines are not."""
     across = first - second

@@ -70,7 +70,7 @@ def _steps(
     values, colours, gone = found.colours(request)
     report, doubts = found.report(scene, values, start), found.doubts(scene, request)
     said = (*(kept.notes if kept is not None else ()), *others, *found.export.warnings, *found.refusals)
-    stored, brightness = encoded(colours, request.encoding, request.quantity, found.scales[0])
+    stored, brightness = encoded(colours, request.encoding, request.quantity, found.scales[0], report.relative_error)
     objects = [entry.object for entry in stored]
     mixture = gains_of(objects, request.attribute) if updates else {}
     notes = write_colours(stored, request.domain, request.attribute if request.activate else None)

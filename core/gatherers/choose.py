@@ -69,7 +69,7 @@ def make_gatherer(
         best, why = _chosen(task)
         found = _hybrid_that_pays(task, best, moving, frames) if frames > 1 and moving.any() else None
         return found or (best.gatherer, why)
-    kind = "tree" if task.plan.uneven else min(("grid", "tree"), key=task.plan.seconds.get)
+    kind = task.plan.index
     gatherer = task.made(kind)
     return gatherer, f"{_TITLES[kind]}{task.unevenly(kind)}, as asked for ({options_of(gatherer)})."
 

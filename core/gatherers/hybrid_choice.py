@@ -28,7 +28,7 @@ def hybrid_of(
     kind, cell = "grid", None
     if not moving.all():
         plan = Task.of(discs.taken(~moving), expected, pilot).plan
-        kind = "tree" if plan.uneven else min(("grid", "tree"), key=plan.seconds.get)
+        kind = plan.index
         cell = plan.cell if kind == "grid" else None
     still = partial(made, kind, expected=expected, cell=cell)
     return Hybrid(discs, moving, still, partial(made, mobile, expected=expected)), kind

@@ -12,6 +12,7 @@ from ..parallel import ordered_map, slices
 from ..segments import Segments
 from .counts import Counts
 from .sphere_cache import meets
+from .sphere_plan import around
 
 TOGETHER = 1 << 15  # segments compared with a sphere together
 # Spheres are larger than they are said to be by this share of themselves, and of the farthest coordinate beside them:
@@ -32,9 +33,8 @@ class Sphere:
 
 
 def sphere_around(discs: TangentDiscs) -> Sphere:
-    """A sphere that holds N >= 1 ``discs``: about the middle of the box of their centres."""
-    middle = 0.5 * (discs.centres.min(axis=0) + discs.centres.max(axis=0))
-    return Sphere(middle, float((np.linalg.norm(discs.centres - middle, axis=1) + discs.radii).max()))
+    """A sphere that holds N >= 1 ``discs``."""
+    return Sphere(*around(discs.centres, discs.radii))
 
 
 def walked_on(spheres: tuple[Sphere, ...], moving: Sphere, first: float, q: float) -> tuple[Sphere, ...]:

@@ -41,6 +41,11 @@ class SearchPlan:
     cell: float
     uneven: bool
 
+    @property
+    def index(self) -> str:
+        """The kind of Disc Indexing of the least time."""
+        return "tree" if self.uneven else min(("grid", "tree"), key=self.seconds.get)
+
 
 def planned(discs: TangentDiscs, segments: int, crossings: float, spacing: float | None = None) -> SearchPlan:
     """What building and searching ``segments`` will take, to a factor of two, and the cells for which it is least.

@@ -9,6 +9,13 @@ import numpy as np
 SCANNED = 1 << 16  # discs looked at together
 
 
+def around(centres: np.ndarray, radii: np.ndarray) -> tuple[np.ndarray, float]:
+    """The centre (3,) and radius, metres, of a sphere that holds N >= 1 discs with ``centres`` (N, 3) and ``radii``
+    (N,): about the middle of the box of their centres."""
+    middle = 0.5 * (centres.min(axis=0) + centres.max(axis=0))
+    return middle, float((np.linalg.norm(centres - middle, axis=1) + radii).max())
+
+
 @dataclass(frozen=True)
 class SpherePlan:
     """All spheres of the Sphere Cache, level by level from the one around all discs inwards.
@@ -34,8 +41,7 @@ class SpherePlan:
     @classmethod
     def of(cls, centres: np.ndarray, radii: np.ndarray, q: float, last_radius: float) -> SpherePlan:
         """Plan for discs in sorted order, N >= 1, with r_{i+1} = q r_i as long as that is >= ``last_radius``."""
-        middle = 0.5 * (centres.min(axis=0) + centres.max(axis=0))
-        radius = float((np.linalg.norm(centres - middle, axis=1) + radii).max())
+        middle, radius = around(centres, radii)
         begin, end = np.array([0]), np.array([len(centres)])
         levels = [(middle[None], np.array([radius]), begin, end)]
         links = []

@@ -15,6 +15,7 @@ import numpy as np
 
 from ...core.errors import AttributeNameTakenError
 from ..wording import some
+from ..writing.baked_layers import put_mark
 from ..writing.write_attributes import LONGEST_NAME
 from .frames import Frames
 
@@ -85,7 +86,7 @@ def write_playback(
         else:
             undo.callback(setattr, modifier, "node_group", modifier.node_group)
         modifier.node_group = group
-        undo.callback(_put_mark, mesh, before)
+        undo.callback(put_mark, mesh, before, MARK)
         noted = {"first": frames.first, "last": frames.last, "every": frames.every}
         mesh[MARK] = (before or {}) | {attribute: noted}
 
@@ -107,7 +108,7 @@ def remove_playback(objects: Iterable[bpy.types.Object], attribute: str) -> int:
         _remove_keys(obj.data, attribute, 0)
         if MARK in obj.data:  # objects may share a mesh
             left = {name: value for name, value in obj.data[MARK].to_dict().items() if name != attribute}
-            _put_mark(obj.data, left or None)
+            put_mark(obj.data, left or None, MARK)
         obj.data.update_tag()
     _remove_unused_groups()
     return len(chosen)
@@ -150,13 +151,6 @@ def _remove_attribute(mesh: bpy.types.Mesh, name: str) -> None:
 
 def _remove_modifier(obj: bpy.types.Object, name: str) -> None:
     obj.modifiers.remove(obj.modifiers[name])
-
-
-def _put_mark(mesh: bpy.types.Mesh, mark: dict | None) -> None:
-    if mark is not None:
-        mesh[MARK] = mark
-    elif MARK in mesh:
-        del mesh[MARK]
 
 
 def _remove_unused_groups() -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import bpy
 
-from ..reading.read_node_graph import Feed, feed_of, find_input
+from ..reading.read_node_graph import Feed, feed_of, find_input, link_to
 
 #: a colour or a number: the output that gives it, or its value
 Value = bpy.types.NodeSocket | tuple[float, ...] | float
@@ -92,7 +92,7 @@ def diffuse_inputs(feed: Feed, seen: set | None = None) -> Iterator[bpy.types.No
 
 def value_of(socket: bpy.types.NodeSocket) -> Value:
     """The output that is linked to an input of a node, or the value that is set there."""
-    link = next((link for link in socket.links if link.is_valid and not link.is_muted), None)
+    link = link_to(socket)
     if link is not None:
         return link.from_socket
     value = socket.default_value

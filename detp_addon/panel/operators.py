@@ -6,13 +6,15 @@ from dataclasses import replace
 import bpy
 
 from ...core.errors import DetpError
+from ..chosen_objects import chosen_objects
 from ..command.terminal import escaped
 from ..job import bake_scene
 from ..request import BakeRequest
 from ..units import metres_per_unit
 from ..updates import latest_kept
 from ..updates.kept_bake import KeptBake
-from ..wording import counted
+from ..wording import counted, percent
+from ..writing.baked_layers import error_there
 from ..writing.face_division import divide_faces, select_faces
 from ..writing.live_colours import LiveColours
 from . import session
@@ -107,8 +109,10 @@ class Baking(Idle):
             live = LiveColours(request.domain, request.attribute if request.activate else None) if self._live else None
             steps = self._steps(context, request, options, live)
             expected, timed = self._expected(context, request, options), request.settings.seconds is not None
+            chosen = chosen_objects(context.scene, context.view_layer, request.targets) or context.scene.objects
+            standing = error_there([obj.data for obj in chosen if obj.type == "MESH"], request.attribute)
             latest_kept.begin(self._kept)
-            return session.begin(steps, expected, timed)
+            return session.begin(steps, expected, timed, standing)
         except DetpError as error:
             self.refused(error)
             return None
@@ -214,9 +218,19 @@ class DETP_OT_stop(bpy.types.Operator):
         bake = session.running()
         return bake is not None and bake.progress.error is not None
 
+    def invoke(self, context, event):
+        """Ask first where better light would be lost."""
+        bake = session.running()
+        if not bake.worse:
+            return self.execute(context)
+        there, found = percent(bake.standing), percent(bake.progress.error)
+        message = f"The light that is there is off by {there}, what was found so far by {found}."
+        return context.window_manager.invoke_confirm(self, event, title="Keep Worse Light?", message=message)
+
     def execute(self, _context):
         """The bake operator sees it on its next tick."""
-        session.running().stop()
+        if session.running() is not None:  # it may have ended while it was asked
+            session.running().stop()
         return {"FINISHED"}
 
 

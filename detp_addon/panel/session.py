@@ -36,11 +36,17 @@ class BakeSession:
     progress  where it stands
     outcome   None while it runs
     expected  seconds that it was forecast to take, None when nothing is known; ``timed`` when it will take just these
+    standing  error of the light that it is to replace, None when nothing is known
     """
 
     def __init__(
-        self, steps: Generator[JobProgress, None, BakeReport], expected: float | None = None, timed: bool = False
+        self,
+        steps: Generator[JobProgress, None, BakeReport],
+        expected: float | None = None,
+        timed: bool = False,
+        standing: float | None = None,
     ):
+        self.standing = standing
         self._steps, self._expected, self._lead = steps, expected, 1.0 if timed else MOST_GUESSED
         self._start, self._shown = time.perf_counter(), 0.0
         self._phases: set[str] = set()
@@ -103,6 +109,12 @@ class BakeSession:
         while self.outcome is None:
             self.step(math.inf)
 
+    @property
+    def worse(self) -> bool:
+        """Whether what has been found so far is not as good as what it would replace."""
+        found = self.progress.error
+        return self.standing is not None and found is not None and found > self.standing
+
     def stop(self) -> None:
         """Let the bake end as soon as it can, and keep what it has found."""
         self._stop = True
@@ -128,11 +140,14 @@ def running() -> BakeSession | None:
 
 
 def begin(
-    steps: Generator[JobProgress, None, BakeReport], expected: float | None = None, timed: bool = False
+    steps: Generator[JobProgress, None, BakeReport],
+    expected: float | None = None,
+    timed: bool = False,
+    standing: float | None = None,
 ) -> BakeSession:
-    """Make ``steps``, which are ``expected`` to take so many seconds, the running bake in place of one that is over."""
+    """Make ``steps`` the running bake in place of one that is over; the rest is as in :class:`BakeSession`."""
     global _latest
-    _latest = BakeSession(steps, expected, timed)
+    _latest = BakeSession(steps, expected, timed, standing)
     return _latest
 
 

@@ -85,9 +85,7 @@ def feed_of(socket, groups: tuple[bpy.types.Node, ...]) -> Feed:
         if feed.key in met:
             return held
         met.add(feed.key)
-        # Asking a socket for its links takes as long as the tree has links.
-        links = socket.links if socket.is_linked else ()
-        link = next((link for link in links if link.is_valid and not link.is_muted), None)
+        link = link_to(socket)
         if link is None:
             return held
         node, source = link.from_node, link.from_socket
@@ -116,6 +114,13 @@ def feed_of(socket, groups: tuple[bpy.types.Node, ...]) -> Feed:
             return Feed(source, node, groups, passed, given=True)
         if source.type in _NUMERIC:
             types.append(source.type)
+
+
+def link_to(socket: bpy.types.NodeSocket) -> bpy.types.NodeLink | None:
+    """The link that counts of those to the input ``socket`` of a node, if any does."""
+    # Asking a socket for its links takes as long as the tree has links.
+    links = socket.links if socket.is_linked else ()
+    return next((link for link in links if link.is_valid and not link.is_muted), None)
 
 
 def _group_result(group, identifier: str):

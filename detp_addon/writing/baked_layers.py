@@ -6,7 +6,7 @@ Each bake leaves a custom property on the mesh: its layers, and which layer rend
 from __future__ import annotations
 
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import bpy
@@ -15,7 +15,8 @@ import numpy as np
 #: the custom property: {"paint": name, "layers": {name: checksum of its colours}, "light": {name: what it means}}
 MARK = "detp_bakes"
 
-#: what a layer means: the quantity, and by what the light was multiplied for it, which an engine divides by
+#: what a layer means: the quantity, and by what the light was multiplied for it, which an engine divides by; where that
+#: is known also "error", by which half of the light was likely to be off at most
 PLAIN_LIGHT = {"quantity": "lighting", "scale": 1.0}
 
 #: the quantity of layers that hold no light and only keep a material from being black
@@ -109,6 +110,13 @@ def light_of(mesh: bpy.types.Mesh, name: str) -> dict:
     return PLAIN_LIGHT | (found if isinstance(found, dict) else {})
 
 
+def error_there(meshes: Iterable[bpy.types.Mesh], name: str) -> float | None:
+    """The error of the light that half of ``meshes`` have in the layer of that name; None where it is not known."""
+    errors = [light_of(mesh, name).get("error") for mesh in meshes if holds_light(mesh, name)]
+    known = sorted(error for error in errors if error is not None)
+    return known[len(known) // 2] if known else None
+
+
 def group_mark(name: str, gain: Sequence[float] = (1.0, 1.0, 1.0)) -> dict:
     """What is noted of the layer of a light group: its name, and the RGB by which the whole has it multiplied."""
     return {"name": name, "gain": [float(channel) for channel in gain]}
@@ -147,12 +155,12 @@ def remove_layer(mesh: bpy.types.Mesh, name: str) -> None:
     }
 
 
-def put_mark(mesh: bpy.types.Mesh, mark: dict | None) -> None:
-    """Put back what :func:`leave_mark` returned."""
+def put_mark(mesh: bpy.types.Mesh, mark: dict | None, name: str = MARK) -> None:
+    """Put back the ``mark`` of that ``name``, as :func:`leave_mark` returns it; None for none."""
     if mark is not None:
-        mesh[MARK] = mark
-    elif MARK in mesh:
-        del mesh[MARK]
+        mesh[name] = mark
+    elif name in mesh:
+        del mesh[name]
 
 
 def _mark(mesh: bpy.types.Mesh) -> dict:

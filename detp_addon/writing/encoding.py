@@ -59,20 +59,27 @@ class Encoding:
 
 
 def encoded(
-    colours: Sequence[MeshColours], encoding: Encoding, quantity: str, usual: float | None = None
+    colours: Sequence[MeshColours],
+    encoding: Encoding,
+    quantity: str,
+    usual: float | None = None,
+    error: float | None = None,
 ) -> tuple[list[MeshColours], Brightness]:
     """The colours (the light itself) as ``encoding`` stores them, and how bright they came out.
 
-    The first layer of each entry decides. ``usual`` is a scale to take in place of a fitted one.
+    The first layer of each entry decides. ``usual`` is a scale to take in place of a fitted one, ``error`` that of the
+    light, where it is known.
     """
     mains = [next(iter(entry.layers.values())) for entry in colours]
     scale = 2.0**encoding.exposure if encoding.exposure is not None else usual or fitted_scale(mains)
     limit = 1.0 if encoding.clamp or encoding.storage == "byte" else math.inf
+    light = {"quantity": quantity, "scale": scale} | ({"limit": limit} if math.isfinite(limit) else {})
+    light |= {"error": error} if error is not None and math.isfinite(error) else {}
     stored = [
         replace(
             entry,
             layers={name: np.minimum(rgb * scale, limit) for name, rgb in entry.layers.items()},
-            light={"quantity": quantity, "scale": scale} | ({"limit": limit} if math.isfinite(limit) else {}),
+            light=light,
             type=encoding.type,
         )
         for entry in colours
@@ -114,7 +121,7 @@ def fit_stored(objects: Iterable[bpy.types.Object], attribute: str) -> Brightnes
                 for name in names
                 if holds_light(mesh, name)
             }
-            entries.append((MeshColours(obj, layers, groups=groups), light["quantity"], layer.domain))
+            entries.append((MeshColours(obj, layers, groups=groups), light, layer.domain))
     if not entries:
         raise NotBakedError(
             f"No mesh has still light as floats in '{attribute}', whose exposure could be changed: bake with another."
@@ -122,8 +129,8 @@ def fit_stored(objects: Iterable[bpy.types.Object], attribute: str) -> Brightnes
     scale = fitted_scale([entry.layers[attribute] for entry, _, _ in entries])
     above = count = 0
     with ExitStack() as undo:
-        for entry, quantity, domain in entries:
-            [stored], brightness = encoded([entry], Encoding(None), quantity, scale)
+        for entry, light, domain in entries:
+            [stored], brightness = encoded([entry], Encoding(None), light["quantity"], scale, light.get("error"))
             write_layers(stored, domain, None, undo)
             above, count = above + brightness.above, count + brightness.colours
         undo.pop_all()

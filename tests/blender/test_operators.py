@@ -11,6 +11,8 @@ from detp.detp_addon.panel import operators, session
 from detp.detp_addon.panel.properties import bake_request, option_names, scene_options
 from detp.detp_addon.request import BakeRequest
 from detp.detp_addon.steps import JobProgress
+from detp.detp_addon.writing.baked_layers import error_there
+from detp.detp_addon.writing.encoding import fit_stored
 
 pytestmark = pytest.mark.usefixtures("addon")
 
@@ -224,6 +226,25 @@ class TestBake:
         assert colours("Box", "Light").shape == (24, 4)
         report = session.latest().outcome.report
         assert report.objects == 2 and report.relative_error <= QUALITIES["draft"]
+
+    def test_light_that_is_worse_than_what_it_would_replace_is_known(self, scene):
+        bpy.ops.detp.bake()
+        meshes = [bpy.data.objects[name].data for name in ("Floor", "Box")]
+        error = session.latest().outcome.report.relative_error
+        assert error_there(meshes, "irradiance") == pytest.approx(error)
+        assert error_there(meshes, "other") is None
+        fit_stored(bpy.data.objects, "irradiance")
+        assert error_there(meshes, "irradiance") == pytest.approx(error)
+
+        def so_far(error):
+            yield JobProgress("Refining", 0.5, error=error)
+
+        for standing, found, worse in ((error, 2 * error, True), (error, error / 2, False), (None, 1.0, False)):
+            bake = session.begin(so_far(found), standing=standing)
+            assert not bake.worse
+            bake.step(0.0)
+            assert bake.worse == worse
+            bake.cancel()
 
     def test_arguments_override_the_settings_once(self, scene):
         assert bpy.ops.detp.bake(targets="SELECTED", photons=2000, radius=0.2, domain="POINT") == {"FINISHED"}

@@ -86,7 +86,8 @@ def _draw_brightness(layout: bpy.types.UILayout, report: BakeReport, context, wi
     """How much of the light is above 1, and the way below it."""
     if report.brightness.sentence():
         sentence(layout, report.brightness.sentence(), width)
-    if report.brightness.above and not context.scene.detp.fit_exposure:
+    settings = context.scene.detp
+    if report.brightness.above and not settings.fit_exposure and settings.storage == "FLOAT":
         layout.operator("detp.fit_exposure", icon="LIGHT_HEMI")
 
 

@@ -146,6 +146,11 @@ def holds_light(mesh: bpy.types.Mesh, name: str) -> bool:
     return marked and light_of(mesh, name)["quantity"] != WHITE
 
 
+def just_baked(mesh: bpy.types.Mesh, name: str) -> bool:
+    """Whether the layer of that name is still what a bake that left its mark has written."""
+    return name in mesh.color_attributes and _mark(mesh)["layers"].get(name) == _checksum(mesh.attributes[name])
+
+
 def remove_layer(mesh: bpy.types.Mesh, name: str) -> None:
     """Remove the layer of that name from the mesh and its mark."""
     mesh.attributes.remove(mesh.attributes[name])

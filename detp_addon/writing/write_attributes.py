@@ -13,7 +13,7 @@ from ...core.errors import AttributeNameTakenError, DetpError, EditModeError, In
 from ..reading.read_attributes import face_sizes
 from ..reading.read_meshes import corner_vertex_indices, vertex_positions
 from ..wording import some
-from .baked_layers import LOOK, colour_layers, leave_mark, light_of, look_of, put_mark
+from .baked_layers import LOOK, colour_layers, just_baked, leave_mark, light_of, look_of, put_mark, stored_colours
 from .element_values import Faces
 
 #: the brightest colour that an attribute holds
@@ -65,7 +65,8 @@ def obstacle(obj: bpy.types.Object, attribute: str, domain: str, kind: str = "FL
     if mesh.is_editmode:
         return EditModeError(f"'{obj.name}' is open in Edit Mode: leave Edit Mode and bake again.")
     taken = mesh.attributes.get(attribute)
-    if taken is not None and (taken.data_type, taken.domain) != (kind, domain):
+    other = taken is not None and (taken.data_type, taken.domain) != (kind, domain)
+    if other and not just_baked(mesh, attribute):
         return AttributeNameTakenError(
             f"'{obj.name}' already has an attribute named '{attribute}' of the type {taken.data_type} on "
             f"{taken.domain}, and {kind} on {domain} cannot replace it: choose another attribute name, or remove it."
@@ -105,7 +106,8 @@ def write_colours(
     """Write every entry's colours to its object's attributes and return notes for the user.
 
     An attribute is made when missing; an existing one of the same type and domain is overwritten but keeps its
-    alpha. The attribute ``shown`` becomes the colour that the viewport and render show; other layers stay as they are.
+    alpha, and a bake of another type or domain is replaced. The attribute ``shown`` becomes the colour that the
+    viewport and render show; other layers stay as they are.
     An object whose mesh has other users gets a copy of its own, so that each holds its own light; the mesh stays
     with the first of them when all are written. ``more`` writes what belongs to them, and lets the stack that it gets
     take it back. Objects with an :func:`obstacle` must not be passed.
@@ -203,6 +205,10 @@ def _write(obj: bpy.types.Object, attribute: str, rgb: np.ndarray, kind: tuple[s
     undo.callback(_show, mesh, *shown)
     layer = layers.get(attribute)
     rgba = np.ones((len(rgb), 4), np.float32)
+    if layer is not None and (layer.data_type, layer.domain) != kind:
+        undo.callback(_make, mesh, attribute, (layer.data_type, layer.domain), stored_colours(layer))
+        layers.remove(layer)
+        layer = None
     if layer is None:
         layer = layers.new(attribute, *kind)
         name = layer.name if layer else None
@@ -218,6 +224,11 @@ def _write(obj: bpy.types.Object, attribute: str, rgb: np.ndarray, kind: tuple[s
     rgba[:, :3] = np.clip(rgb, -_LARGEST, _LARGEST)
     _fill(mesh, attribute, rgba)
     _show(mesh, *shown)
+
+
+def _make(mesh: bpy.types.Mesh, name: str, kind: tuple[str, str], rgba: np.ndarray) -> None:
+    mesh.attributes.new(name, *kind)
+    _fill(mesh, name, rgba)
 
 
 def _fill(mesh: bpy.types.Mesh, name: str, rgba: np.ndarray) -> None:

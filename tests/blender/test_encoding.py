@@ -1,5 +1,7 @@
 """Exposure, limit and type of the stored light, and what reports say of it."""
 
+from contextlib import ExitStack
+
 import bpy
 import numpy as np
 import pytest
@@ -9,9 +11,9 @@ from detp.core.stages import finished
 from detp.detp_addon.command.command import main
 from detp.detp_addon.job import bake_scene
 from detp.detp_addon.request import BakeRequest
-from detp.detp_addon.writing.baked_layers import light_of
+from detp.detp_addon.writing.baked_layers import PLAIN_LIGHT, just_baked, light_of
 from detp.detp_addon.writing.encoding import Encoding, encoded, fit_stored, fitted_scale
-from detp.detp_addon.writing.write_attributes import MeshColours, write_colours
+from detp.detp_addon.writing.write_attributes import MeshColours, write_colours, write_layers
 from made_scenes import diffuse, fresh, quad, read, world
 from small_scenes import colours, opened, saved
 
@@ -82,10 +84,27 @@ def test_bytes_hold_light_in_srgb_and_are_no_paint(floors):
     np.testing.assert_array_equal(colours("near"), before)
 
 
-def test_a_layer_of_another_type_is_not_replaced(floors):
+def test_a_bake_of_another_type_is_replaced_and_paint_is_not(floors):
     bake()
+    light = colours("near")
+    assert bake(storage="byte").warnings == ()
+    assert {obj.data.attributes["irradiance"].data_type for obj in floors} == {"BYTE_COLOR"}
+    np.testing.assert_allclose(colours("near"), np.minimum(light, 1), atol=0.005)
+    for obj in floors:
+        obj.data.attributes["irradiance"].data[0].color = (0.5, 0.5, 0.5, 1)
     with pytest.raises(AttributeNameTakenError, match="BYTE_COLOR"):
-        bake(storage="byte")
+        bake()
+
+
+def test_what_replaced_a_bake_of_another_type_is_taken_back_exactly(floors):
+    bake()
+    light, mesh = colours("near"), bpy.data.objects["near"].data
+    with ExitStack() as undo:
+        entry = MeshColours(bpy.data.objects["near"], {"irradiance": light[:, :3]}, PLAIN_LIGHT, "BYTE_COLOR")
+        write_layers(entry, "CORNER", "irradiance", undo)
+        assert mesh.attributes["irradiance"].data_type == "BYTE_COLOR"
+    assert mesh.attributes["irradiance"].data_type == "FLOAT_COLOR" and just_baked(mesh, "irradiance")
+    np.testing.assert_array_equal(colours("near"), light)
 
 
 def test_the_look_is_colour_times_light_fitted_and_no_paint():

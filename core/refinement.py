@@ -26,8 +26,12 @@ FIRST_PHOTONS = 1 << 15
 PHOTONS_PER_CELL, MOST_FIRST_PHOTONS = 8, 1 << 18
 
 #: The first rounds of rays that look into records: the least, which serve this error, and the most; they grow as one
-#: over the error squared. Many at once are spread more evenly than as many one after the other.
-LEAST_GATHER, GATHER_ERROR, MOST_GATHER = 2, 0.068, 8
+#: over the error squared.
+LEAST_GATHER, GATHER_ERROR, MOST_GATHER = 2, 0.068, 4
+
+#: Rounds after which rays have gone where the first ones that looked into records found light. Those themselves found it
+#: by luck, so that before no points are done as long as a tenth of them are likely to be far off.
+AIMED_AFTER = 12
 
 #: In a bake of a given time, the share of it that each first step may take on a machine so many times slower than the
 #: nominal one.
@@ -164,6 +168,8 @@ class Refinement:
         self.missing, self._over = None, 0.0
         if goal is not None and np.isfinite(self._error):
             self._over = self._error / goal
+            if self._cells and self._rays.done < AIMED_AFTER:
+                self._over = max(self._over, light.high_error / (TIMES * goal))
             if self._over <= 1.0:
                 self._well = self._well or self._amounts
                 self._look_for_missing(light, goal)

@@ -29,8 +29,8 @@ PHOTONS_PER_CELL, MOST_FIRST_PHOTONS = 8, 1 << 18
 #: over the error squared.
 LEAST_GATHER, GATHER_ERROR, MOST_GATHER = 2, 0.068, 4
 
-#: Rounds after which rays have gone where the first ones that looked into records found light. Those themselves found it
-#: by luck, so that before no points are done as long as a tenth of them are likely to be far off.
+#: Rounds after which rays have gone where the first ones that looked into records found light. Those found it by luck,
+#: so that before no points are done as long as a tenth of them are likely to be far off.
 AIMED_AFTER = 12
 
 #: In a bake of a given time, the share of it that each first step may take on a machine so many times slower than the

@@ -26,7 +26,7 @@ from ...core.memory import free_bytes
 from ...core.packing import packed, unpacked
 from ...core.update.first_bake import KINDS, FirstBake
 from ..files.bake_mark import version
-from ..files.blend_blocks import CutShortError
+from ..files.blend_blocks import CutShortError, is_special
 from ..files.write_files import replace_file
 from ..reading.kept_places import KeptPlaces
 from ..request import BakeRequest
@@ -96,6 +96,8 @@ def write_kept(path: Path, parts: KeptParts, identity: str) -> int:
 def read_kept(path: Path, identity: str) -> KeptParts:
     """The kept bake of that ``identity``. Raises NotUpdatableError, which says why it is of no use."""
     name = f"'{path.name}'"
+    if is_special(path):
+        raise NotUpdatableError(f"{name} is no kept bake")
     try:
         with open(path, "rb") as file:
             head = _head(file.read(_HEAD))

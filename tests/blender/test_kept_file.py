@@ -1,6 +1,7 @@
 """A kept bake beside its .blend: Update goes on from it when that is opened again, and what is of no use is said."""
 
 import json
+import os
 
 import bpy
 import numpy as np
@@ -126,6 +127,13 @@ def test_what_is_of_no_use_is_refused(change, reason, reopened):
     reopened(change)
     with pytest.raises(NotUpdatableError, match=f"'room.detp',? {reason}"):
         latest_kept.read_again(bpy.context.scene, bpy.context.view_layer)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+def test_a_pipe_in_its_place_is_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "room.detp")
+    with pytest.raises(NotUpdatableError, match="is no kept bake"):
+        kept_file.read_kept(tmp_path / "room.detp", "any")
 
 
 def test_where_it_belongs_to_another_file_all_light_is_baked_and_that_is_said(reopened):

@@ -49,6 +49,9 @@ GATHER_RAYS = 16
 #: of squared normal deviations over their mean.
 SHARED, MEDIAN_OF_SQUARES = 0.5, 0.455
 
+#: Of squared differences of the halves no more is taken out than leaves this share: few rounds tell variances badly.
+LEFT = 0.25
+
 #: After so many rounds it is learnt where light comes from, then whenever they have doubled, and last after so many.
 LEARN_AFTER, LEARN_LAST = 4, 64
 
@@ -162,8 +165,8 @@ class DirectLight:
         (differ,), (by_rays,) = self._spread.mean, self._spread.variance / np.maximum(self._spread.count, 1.0)
         over = np.divide(1.0, whole, out=np.zeros(len(whole)), where=whole > 0)
         squared, by_rays = np.minimum((differ * over) ** 2, 1.0), np.minimum(by_rays * over**2, 1.0)
-        usual = self._groups.means(squared - by_rays)
-        usual += SHARED * (np.median(squared) / MEDIAN_OF_SQUARES - np.median(by_rays) - usual)
+        usual = _without(self._groups.means(by_rays), self._groups.means(squared))
+        usual += SHARED * (_without(np.median(by_rays), np.median(squared) / MEDIAN_OF_SQUARES) - usual)
         reflected = np.abs(value).sum(axis=0)
         part = np.divide(reflected, whole, out=np.zeros(len(whole)), where=whole > 0)
         usual = np.maximum(usual, (common * part) ** 2)
@@ -374,3 +377,8 @@ class DirectLight:
 
     def _generator(self, *key: int) -> np.random.Generator:
         return random_stream(self._seed, "rays", *key)
+
+
+def _without(some: np.ndarray, whole: np.ndarray) -> np.ndarray:
+    """A ``whole`` variance without ``some`` that is in it, as far as that is sure."""
+    return np.maximum(whole - some, LEFT * whole)

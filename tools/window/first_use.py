@@ -14,6 +14,7 @@ from watching import (
     LIT,
     MANY,
     baked,
+    baking,
     finished_bake,
     light_of,
     open_file,
@@ -141,6 +142,26 @@ def try_stop_and_keep():
     yield from picture("kept")
     yield from user.key("Z", ctrl=True)
     yield from user.wait_for(lambda: baked() == 0, 5)
+
+
+def try_worse_light():
+    """Stop and Keep asks before worse light replaces better: after Esc the bake goes on, Enter keeps what there is."""
+    yield from open_scene()
+    yield from whole_bake()
+    for mesh in (mesh for mesh in bpy.data.meshes if "detp_bakes" in mesh):
+        mesh["detp_bakes"]["light"]["irradiance"]["error"] = 1e-6  # as if it had been baked for hours
+    height = yield from start_a_bake()
+    for answer in ("ESC", "RET"):
+        assert session().latest().worse
+        yield from user.press("detp.stop", height + 10, across=0.3)
+        yield 0.5
+        assert baking()
+        yield from picture("worse_light")
+        yield from user.key(answer)
+        yield 0.5
+        assert baking() or answer == "RET"
+    yield from finished_bake()
+    assert any("stopped" in warning for warning in outcome().report.warnings)
 
 
 def try_settings():

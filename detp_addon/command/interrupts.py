@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import select
 import signal
+import tempfile
 import threading
 from collections.abc import Callable
 from contextlib import suppress
@@ -35,6 +36,8 @@ def end_on_signals(alone: bool) -> None:
     if alone and hasattr(signal, "pthread_sigmask"):
         # Blender puts a handler of its own in the place of any other; blocked signals reach none.
         signal.pthread_sigmask(signal.SIG_BLOCK, signals)
+        # Python finds this folder by a file that it writes there, once: nobody ends it meanwhile.
+        tempfile.gettempdir()
         wait = _blocked(signals)
     else:
         wait = _noted(signals)

@@ -10,7 +10,7 @@ import bpy
 from ...core.errors import NotUpdatableError
 from ..request import BakeRequest
 from ..updates.kept_bake import KeptBake
-from ..updates.kept_file import MARK, file_beside, read_kept, write_kept
+from ..updates.kept_file import file_beside, note_kept, write_kept
 from .jobs import SceneJob, light_options
 
 
@@ -33,10 +33,8 @@ class KeptOutput:
         refused = ""
         try:
             if self._path.exists():
-                self._kept = KeptBake.of_parts(read_kept(self._path, self._identity), self._identity)
-                if self._kept.of(scene, view_layer):
-                    return self._kept
-                refused = f"'{self._path.name}' was kept of another scene or view layer"
+                self._kept = KeptBake.in_file(self._path, self._identity, scene, view_layer)
+                return self._kept
         except NotUpdatableError as error:
             refused = error.reason
         self._kept = KeptBake(scene, view_layer, request, True, refused)
@@ -44,11 +42,7 @@ class KeptOutput:
 
     def mark(self, scene: bpy.types.Scene) -> None:
         """Note in ``scene``, before it is saved, whether it has a kept bake, for Update in Blender."""
-        if scene.library is None:
-            if self._kept:
-                scene[MARK] = self._identity
-            elif MARK in scene:
-                del scene[MARK]
+        note_kept(scene, self._identity if self._kept else None)
 
     def write(self) -> str | None:
         """Write what is kept, unless it is there already; a line that says so. Raises as :func:`.write_kept`."""

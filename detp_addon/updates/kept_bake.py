@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 from collections.abc import Generator
 from dataclasses import replace
+from pathlib import Path
 
 import bpy
 
@@ -22,7 +23,7 @@ from ..mixing.light_groups import MOST_GROUPS
 from ..reading.kept_places import KeptPlaces
 from ..reading.read_scene import ExportedScene
 from ..request import BakeRequest
-from .kept_file import KeptParts, new_identity
+from .kept_file import KeptParts, new_identity, read_kept
 
 #: of the memory that is free before a bake, light paths that are kept may take this share
 SHARE = 0.25
@@ -63,8 +64,12 @@ class KeptBake:
         self._begin()
 
     @classmethod
-    def of_parts(cls, parts: KeptParts, identity: str) -> KeptBake:
-        """What was written of it."""
+    def in_file(cls, path: Path, identity: str, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> KeptBake:
+        """The one of that ``identity`` in the file ``path``, of ``scene`` as ``view_layer`` shows it.
+
+        Raises NotUpdatableError, which says why it is of no use.
+        """
+        parts = read_kept(path, identity)
         kept = cls.__new__(cls)
         kept._scene, kept._view_layer, kept._request = parts.scene, parts.view_layer, parts.request
         kept._whole, kept.on_disk, kept._refused, kept.identity = True, True, "", identity
@@ -72,6 +77,8 @@ class KeptBake:
         kept._seeds = dict(zip(parts.groups, parts.seeds, strict=True))
         kept.places = kept._read_places = parts.places
         kept._begin()
+        if not kept.of(scene, view_layer):
+            raise NotUpdatableError(f"'{path.name}' was kept of another scene or view layer")
         return kept
 
     @property

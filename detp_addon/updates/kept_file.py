@@ -17,6 +17,7 @@ from functools import cache
 from pathlib import Path
 from typing import BinaryIO
 
+import bpy
 import numpy as np
 
 from ...core.cluster.bench import code_identity
@@ -30,6 +31,7 @@ from ..files.blend_blocks import CutShortError, is_special
 from ..files.write_files import replace_file
 from ..reading.kept_places import KeptPlaces
 from ..request import BakeRequest
+from ..writing.baked_layers import put_mark
 from ..writing.encoding import Encoding
 
 #: the custom property of a scene: which kept bake belongs to it
@@ -70,6 +72,12 @@ def new_identity() -> str:
 def file_beside(blend: str) -> Path:
     """Where the kept bake of the file ``blend`` lies."""
     return Path(blend).with_suffix(SUFFIX)
+
+
+def note_kept(scene: bpy.types.Scene, identity: str | None) -> None:
+    """Note in ``scene``, unless it is linked, the ``identity`` of its kept bake in a file; None where there is none."""
+    if scene.library is None:
+        put_mark(scene, identity, MARK)
 
 
 def write_kept(path: Path, parts: KeptParts, identity: str) -> int:

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import bpy
 
-from ...core.errors import DetpError, NotUpdatableError
+from ...core.errors import DetpError
 from ...core.memory import memory_errors_named
 from .kept_bake import KeptBake
-from .kept_file import MARK, file_beside, read_kept, write_kept
+from .kept_file import MARK, file_beside, note_kept, write_kept
 
 _latest: KeptBake | None = None
 #: where the latest is written, and as which one
@@ -38,9 +38,7 @@ def read_again(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> KeptB
     if not may_be_read(scene):
         return None
     path, identity = file_beside(bpy.data.filepath), str(scene[MARK])
-    found = KeptBake.of_parts(read_kept(path, identity), identity)
-    if not found.of(scene, view_layer):
-        raise NotUpdatableError(f"'{path.name}' was kept of another scene or view layer")
+    found = KeptBake.in_file(path, identity, scene, view_layer)
     _latest, _written = found, (path, identity)
     return found
 
@@ -55,11 +53,7 @@ def keep(kept: KeptBake | None, scene: bpy.types.Scene) -> None:
     """A bake of ``scene`` is done: keep of it what can be updated; saving the .blend writes it, if that is wished."""
     global _latest
     _latest = kept or None
-    if scene.library is None:
-        if _latest is not None and _latest.on_disk:
-            scene[MARK] = _latest.identity
-        elif MARK in scene:
-            del scene[MARK]
+    note_kept(scene, _latest.identity if _latest is not None and _latest.on_disk else None)
 
 
 def write_beside(blend: str) -> None:

@@ -112,8 +112,7 @@ def light_of(mesh: bpy.types.Mesh, name: str) -> dict:
 
 def error_there(meshes: Iterable[bpy.types.Mesh], name: str) -> float | None:
     """The error of the light that half of ``meshes`` have in the layer of that name; None where it is not known."""
-    errors = [light_of(mesh, name).get("error") for mesh in meshes if holds_light(mesh, name)]
-    known = sorted(error for error in errors if error is not None)
+    known = sorted(error for mesh in set(meshes) if (error := _noted(mesh, name, "error")) is not None)
     return known[len(known) // 2] if known else None
 
 
@@ -123,15 +122,9 @@ def group_mark(name: str, gain: Sequence[float] = (1.0, 1.0, 1.0)) -> dict:
 
 
 def groups_of(mesh: bpy.types.Mesh, name: str) -> dict[str, dict]:
-    """The layers of light groups that the light in the layer of that ``name`` is mixed of, and the mark of each.
-
-    A slider asks this of all meshes, so the rest of their marks is not looked at.
-    """
-    try:
-        groups = mesh[MARK]["light"][name]["groups"].to_dict()
-    except (KeyError, TypeError, AttributeError):
-        return {}
-    return groups if name in mesh.attributes else {}
+    """The layers of light groups that the light in the layer of that ``name`` is mixed of, and the mark of each."""
+    groups = _noted(mesh, name, "groups")
+    return groups.to_dict() if hasattr(groups, "to_dict") else {}
 
 
 def note_mixture(mesh: bpy.types.Mesh, name: str, groups: dict[str, dict]) -> None:
@@ -160,12 +153,23 @@ def remove_layer(mesh: bpy.types.Mesh, name: str) -> None:
     }
 
 
-def put_mark(mesh: bpy.types.Mesh, mark: dict | None, name: str = MARK) -> None:
-    """Put back the ``mark`` of that ``name``, as :func:`leave_mark` returns it; None for none."""
+def put_mark(owner: bpy.types.ID, mark: dict | str | None, name: str = MARK) -> None:
+    """Let the custom property of that ``name`` be ``mark``, such as :func:`leave_mark` returns; None for none."""
     if mark is not None:
-        mesh[name] = mark
-    elif name in mesh:
-        del mesh[name]
+        owner[name] = mark
+    elif name in owner:
+        del owner[name]
+
+
+def _noted(mesh: bpy.types.Mesh, name: str, what: str):
+    """What is noted of the layer of that ``name``, None for nothing.
+
+    A slider asks this of all meshes, so the rest of their marks is not looked at.
+    """
+    try:
+        return mesh[MARK]["light"][name][what] if name in mesh.attributes else None
+    except (KeyError, TypeError, AttributeError):
+        return None
 
 
 def _mark(mesh: bpy.types.Mesh) -> dict:

@@ -276,7 +276,7 @@ class DirectLight:
             fixed += [other.count[rows], other.total[:, rows]]
         for learnt in self._lights.learnt:
             changed += learnt.changed(part, rows)
-            fixed.append(learnt.learnt_of(part))
+            fixed.append(learnt.fixed(part))
         return tuple(changed), tuple(fixed)
 
     def _load(self, piece: CastPiece) -> None:

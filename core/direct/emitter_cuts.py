@@ -25,6 +25,11 @@ _GROUPS_PER_BLOCK = 1 << 10
 _TINY = np.finfo(float).tiny
 
 
+def most_ranges(emitters: Emitters) -> int:
+    """How many ranges C of ``emitters`` each group has, empty ones included."""
+    return min(MOST_RANGES, len(emitters))
+
+
 def cuts(
     emitters: Emitters, groups: PointGroups, points: np.ndarray, normals: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -34,8 +39,7 @@ def cuts(
     They ascend and follow one another; where there are fewer than C, the last ones are empty.
     """
     count = np.diff(groups.start)
-    most = min(MOST_RANGES, len(emitters))
-    begin, end = np.full((2, len(count), most), len(emitters))
+    begin, end = np.full((2, len(count), most_ranges(emitters)), len(emitters))
     step = (np.arange(SPEAKERS) + 0.5) / SPEAKERS
     speakers = groups.start[:-1, None] + (step * count[:, None]).astype(np.int64)
     for first in range(0, len(count), _GROUPS_PER_BLOCK):

@@ -10,6 +10,7 @@ from ..lights.aim import rays_to_ball
 from ..lights.light import SHADOW_DIMENSIONS, Light, ShadowRays
 from ..lights.point import PointLight
 from .emitter_choice import EmitterChoice
+from .emitter_cuts import most_ranges
 from .learnt_choice import LearntChoice
 from .low_discrepancy import nets
 from .round_sums import RoundSums, batches, net_means
@@ -113,7 +114,7 @@ class LampLight:
 
     def _choice(self, part: slice, rows: slice, points, normals, group) -> EmitterChoice:
         order = self.learnt.emitters.order
-        if len(order) > self.learnt.begin.shape[1]:
+        if len(order) > most_ranges(self.learnt.emitters):
             return self.learnt.choice(part, rows, points, normals, group)
         # Each is a range of its own, and its middle tells more of it than a range does.
         return self.learnt.choice(part, rows, points, normals, group, self.unshadowed(points, normals))

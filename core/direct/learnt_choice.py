@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from threading import Lock
+
 import numpy as np
 
 from .emitter_choice import EmitterChoice
-from .emitter_cuts import cuts
+from .emitter_cuts import cuts, most_ranges
 from .emitters import Emitters
 from .point_groups import PointGroups
 
@@ -29,20 +31,29 @@ class LearntChoice:
     def __init__(
         self, emitters: Emitters, groups: PointGroups, points: np.ndarray, normals: np.ndarray, each: bool = True
     ):
-        self.emitters = emitters
-        self.begin, self.end = cuts(emitters, groups, points, normals)
+        self.emitters, self._near = emitters, (groups, points, normals)
+        self._ranges: tuple[np.ndarray, np.ndarray] | None = None
+        self._lock = Lock()
+        columns = most_ranges(emitters)
         # Sums over rays of the squares of what they brought, and of what they would have brought unshadowed.
-        self._found, self._sought = np.zeros((2, *self.begin.shape))
-        self._rays = np.zeros(self.begin.shape)
+        self._found, self._sought, self._rays = np.zeros((3, len(groups.start) - 1, columns))
         self._learnt: np.ndarray | None = None
-        size = len(points) * self.begin.shape[1]
-        self._own = np.zeros((2, len(points), self.begin.shape[1]), np.float32) if each and size <= MOST_OWN else None
+        few = each and len(points) * columns <= MOST_OWN
+        self._own = np.zeros((2, len(points), columns), np.float32) if few else None
+
+    @property
+    def ranges(self) -> tuple[np.ndarray, np.ndarray]:
+        """Begin and end (G, C) of the groups' ranges, see :func:`.cuts`; worked out once for all threads."""
+        if self._ranges is None:
+            with self._lock:
+                self._ranges = self._ranges or cuts(self.emitters, *self._near)
+        return self._ranges
 
     @classmethod
     def known(cls, emitters: Emitters, begin: np.ndarray, end: np.ndarray, learnt: np.ndarray | None) -> LearntChoice:
-        """What groups have ``learnt`` elsewhere of ranges that ``begin`` and ``end`` so (G, K), for :meth:`around`."""
+        """What groups have ``learnt`` elsewhere of ranges that ``begin`` and ``end`` so (G, C), for :meth:`around`."""
         found = cls.__new__(cls)
-        found.emitters, found.begin, found.end, found._learnt = emitters, begin, end, learnt
+        found.emitters, found._ranges, found._learnt = emitters, (begin, end), learnt
         return found
 
     def choice(
@@ -59,7 +70,7 @@ class LearntChoice:
         ``group`` (K,) counts from the first of these. ``known``: the unshadowed light (K, C) of each range, and the
         same without cosine, when the caller knows better.
         """
-        begin, end = self.begin[part], self.end[part]
+        begin, end = self._ranges_of(part)
         if known is None:
             ranges = self.emitters.ranges(begin, end)[group]
             known = ranges.brightness(points[:, None], normals[:, None])
@@ -72,7 +83,7 @@ class LearntChoice:
     def around(self, places: np.ndarray, group: np.ndarray) -> EmitterChoice:
         """How ``places`` (K, 3) near the groups ``group`` (K,), which may face any way, choose."""
         some, local = np.unique(group, return_inverse=True)
-        begin, end = self.begin[some], self.end[some]
+        begin, end = self._ranges_of(some)
         strength, _ = self.emitters.ranges(begin, end)[local].brightness(places[:, None])
         learnt = None if self._learnt is None else self._learnt[group]
         return EmitterChoice.of(self.emitters, places, local, begin, end, strength, strength, learnt)
@@ -99,13 +110,19 @@ class LearntChoice:
         own = None if self._own is None else self._own[:, rows]
         return [self._found[part], self._sought[part], self._rays[part], own]
 
-    def learnt_of(self, part: slice) -> np.ndarray | None:
-        """What the groups in ``part`` choose by; None before they have learnt it."""
-        return None if self._learnt is None else self._learnt[part]
+    def fixed(self, part: slice) -> tuple:
+        """What the groups in ``part`` choose by: begin and end of their ranges, and what they have learnt of these;
+        None before they have."""
+        return *self._ranges_of(part), None if self._learnt is None else self._learnt[part]
 
-    def load(self, learnt: np.ndarray | None, own: bool) -> None:
-        """Choose by ``learnt`` from now on; points remember their ``own`` rays' light or not."""
-        self._learnt, self._own = learnt, self._own if own else None
+    def load(self, fixed: tuple, own: bool) -> None:
+        """Choose by what is :meth:`fixed` elsewhere from now on; points remember their ``own`` rays' light or not."""
+        *ranges, self._learnt = fixed
+        self._ranges, self._own = tuple(ranges), self._own if own else None
+
+    def _ranges_of(self, groups) -> tuple[np.ndarray, np.ndarray]:
+        begin, end = self.ranges
+        return begin[groups], end[groups]
 
     def learn(self) -> None:
         """Choose by what has been found so far from now on."""

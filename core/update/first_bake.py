@@ -64,7 +64,7 @@ class LearntLamps:
         number, kinds = {id(light): row for row, light in enumerate(lights)}, []
         for kind in nearby.lamps:
             which = np.array([number[id(lamp)] for lamp in kind.lamps])
-            kinds.append((which, kind.learnt.begin, kind.learnt.end, kind.learnt.learnt_of(slice(None))))
+            kinds.append((which, *kind.learnt.fixed(slice(None))))
         brought = nearby.of_lamps().brought
         return cls(tuple(kinds), nearby.centres, brought, nearby.reach, group)
 

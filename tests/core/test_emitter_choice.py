@@ -70,8 +70,8 @@ def test_ranges_hold_every_emitter_once_and_probabilities_add_up_to_one(count):
     emitters = Emitters.of_triangles(EmissiveTriangles(*shining(count)))
     assert sorted(emitters.order) == list(range(count))
     points, learnt, choice = learnt_of(emitters)
-    assert learnt.begin.shape[1] == min(count, MOST_RANGES)
-    for begin, end in zip(learnt.begin, learnt.end, strict=True):
+    assert learnt.ranges[0].shape[1] == min(count, MOST_RANGES)
+    for begin, end in zip(*learnt.ranges, strict=True):
         assert begin[0] == 0 and end[-1] == count and np.array_equal(begin[1:], end[:-1])
     spots = np.arange(0, len(points), 37)
     spot, emitter = np.repeat(spots, count), np.tile(np.arange(count), len(spots))

@@ -31,11 +31,11 @@ class Neighbours:
         return Matrix(self, own, edges[self._edge_of])
 
     def sums(self, factors: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """For each value the sum (U, d) of its neighbours' ``values`` (U, d) times these ``factors``."""
+        """For each value the sum (d, U) of its neighbours' ``values`` (d, U) times these ``factors``."""
         total = np.zeros_like(values)
         if len(self._rows):
-            parts = factors[:, None] * values.take(self._others, axis=0)
-            total[self._rows] = np.add.reduceat(parts, self._starts, axis=0)
+            for sums, each in zip(total, values, strict=True):
+                sums[self._rows] = np.add.reduceat(factors * each.take(self._others), self._starts)
         return total
 
 
@@ -46,30 +46,35 @@ class Matrix:
         self._neighbours = neighbours
         # float32 is exact enough for colours, and twice as fast.
         self._scale = max(float(own.max(initial=0.0)), 1e-300)
-        self._own, self._factors = ((part / self._scale).astype(np.float32) for part in (own[:, None], factors))
+        self._own, self._factors = ((part / self._scale).astype(np.float32) for part in (own, factors))
 
     def solved(self, right: np.ndarray, start: np.ndarray, steps: int) -> np.ndarray:
         """The values (U, d) for that ``right`` side (U, d), so many ``steps`` of conjugate gradients from ``start``."""
         inverse = np.divide(1.0, self._own, out=np.zeros_like(self._own), where=self._own > 0)
         unit = max(float(np.abs(right).max(initial=0.0)) / self._scale, float(np.abs(start).max(initial=0.0)), 1e-300)
-        values = (start / unit).astype(np.float32)
+        values = np.ascontiguousarray((start / unit).T, np.float32)
         # One after the other: of small light the product would be zero.
-        residual = (right / self._scale / unit).astype(np.float32) - self._applied(values)
+        residual = np.ascontiguousarray((right / self._scale / unit).T, np.float32) - self._applied(values)
         step = inverse * residual
-        size = np.einsum("ux,ux->x", residual, step)
+        size = _products(residual, step)
         for _ in range(steps):
             turned = self._applied(step)
-            along = np.einsum("ux,ux->x", step, turned)
+            along = _products(step, turned)
             share = np.divide(size, along, out=np.zeros_like(size), where=along > 0)
             values += share * step
             residual -= share * turned
             better = inverse * residual
-            before, size = size, np.einsum("ux,ux->x", residual, better)
+            before, size = size, _products(residual, better)
             step = better + np.divide(size, before, out=np.zeros_like(size), where=before > 0) * step
-        return unit * values.astype(np.float64)
+        return unit * values.T.astype(np.float64, order="C")
 
     def _applied(self, values: np.ndarray) -> np.ndarray:
         return self._own * values + self._neighbours.sums(self._factors, values)
+
+
+def _products(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Products (d, 1) of rows (d, U)."""
+    return np.einsum("xu,xu->x", one, other)[:, None]
 
 
 def added(rows: np.ndarray, parts: Sequence[np.ndarray], count: int) -> np.ndarray:

@@ -23,6 +23,18 @@ def same_rows(before: np.ndarray, after: np.ndarray) -> np.ndarray:
 
     No row of ``before`` belongs to two: of rows that occur several times each has its own.
     """
+    # Most stand where they stood, and only the others need to be looked for.
+    both = min(len(before), len(after))
+    kept = (before[:both] == after[:both]).all(axis=1)
+    old, new = (np.append(np.flatnonzero(~kept), np.arange(both, len(rows))) for rows in (before, after))
+    found = _same_anywhere(before[old], after[new]) if len(old) and len(new) else np.full(len(new), -1)
+    same = np.arange(len(after))
+    same[new] = np.where(found >= 0, np.append(old, -1)[found], -1)
+    return same
+
+
+def _same_anywhere(before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """As :func:`same_rows`, wherever the rows stand."""
     # Zeros of both signs are the same.
     before, after = (np.ascontiguousarray(rows + 0.0) for rows in (before, after))
     kind = np.unique(np.concatenate([_mixed(before), _mixed(after)]), return_inverse=True)[1]

@@ -176,8 +176,9 @@ def test_what_cannot_be_updated_is_said(sessions):
 
 def test_rows_that_come_several_times_are_matched_one_by_one():
     before = np.array([(1.0, 0.0), (2.0, 0.0), (1.0, 0.0), (3.0, 5.0)])
-    after = np.array([(1.0, 0.0), (1.0, -0.0), (1.0, 0.0), (4.0, 0.0), (3.0, 5.0)])
-    assert same_rows(before, after).tolist() == [0, 2, -1, -1, 3]
+    after = np.array([(4.0, 0.0), (1.0, -0.0), (1.0, 0.0), (1.0, 0.0), (3.0, 5.0)])
+    # The third stands where it stood, the second has moved there from the first place, and there is no other.
+    assert same_rows(before, after).tolist() == [-1, 0, 2, -1, 3]
 
 
 def test_triangles_are_the_same_in_place_and_material():

@@ -14,7 +14,7 @@ from .materials.use_light import materials_with_light
 from .mixing.light_groups import LightGroup
 from .reading.read_scene import BakeTarget
 from .request import BakeRequest
-from .values import Values, known_rows
+from .values import LightValues, known_rows
 from .wording import counted
 from .writing.baked_layers import group_mark, look_of
 from .writing.element_values import quantity_values, spread
@@ -67,10 +67,10 @@ def _first(sentences: list[str], shown: int = 3) -> list[str]:
 
 def colours_of(
     targets: list[BakeTarget],
-    light: Values,
+    light: LightValues,
     request: BakeRequest,
     look_scale: float | None,
-    groups: Sequence[tuple[LightGroup, Values]] = (),
+    groups: Sequence[tuple[LightGroup, LightValues]] = (),
 ) -> tuple[list[MeshColours], list[str]]:
     """The colours of each target's elements, and a warning for each target that changed during the bake.
 

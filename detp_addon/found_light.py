@@ -31,7 +31,7 @@ from .report import BakeReport
 from .request import BakeRequest
 from .steps import JobProgress
 from .updates.kept_bake import ALL, KeptBake
-from .values import BakedPoints, Values, known_rows, lossy_faces, points_of, values_of
+from .values import BakedPoints, LightValues, known_rows, lossy_faces, points_of, values_of
 from .writing.encoding import encoded
 from .writing.live_colours import LiveColours
 from .writing.write_attributes import MeshColours
@@ -66,7 +66,7 @@ class FoundLight:
         """All light together."""
         return reduce(add, self.results)
 
-    def colours(self, request: BakeRequest) -> tuple[Values, list[MeshColours], list[str]]:
+    def colours(self, request: BakeRequest) -> tuple[LightValues, list[MeshColours], list[str]]:
         """The values of all light, the colours that they give, and sentences on what changed meanwhile."""
         parts = [values_of(self.points, result, self.whole) for result in self.results]
         values, groups = reduce(add, parts), list(zip(self.groups, parts, strict=False))
@@ -79,7 +79,7 @@ class FoundLight:
             doubts += dark_in_front(self.targets, self.export.scene, self.points, self.whole)
         return doubts
 
-    def report(self, scene: bpy.types.Scene, values: Values, start: float) -> BakeReport:
+    def report(self, scene: bpy.types.Scene, values: LightValues, start: float) -> BakeReport:
         """What was found, in a job that began at ``start``, before anything is written or doubted."""
         result, surfaces = self.whole, self.export.scene
         return BakeReport(

@@ -37,7 +37,7 @@ class BakedPoints:
 
 
 @dataclass(frozen=True)
-class Values:
+class LightValues:
     """What colours are made of: irradiance (U, 3), direct (U, 3) and indirect (U, 3), and whether (U,) it is known.
 
     ``open`` (N,) says how much each point counts.
@@ -49,10 +49,10 @@ class Values:
     known: np.ndarray
     open: np.ndarray
 
-    def __add__(self, other: Values) -> Values:
+    def __add__(self, other: LightValues) -> LightValues:
         """The light of two groups of sources, at the same points."""
         sums = (getattr(self, part) + getattr(other, part) for part in ("irradiance", "direct", "indirect"))
-        return Values(*sums, self.known & other.known, self.open)
+        return LightValues(*sums, self.known & other.known, self.open)
 
 
 def points_of(targets: list[BakeTarget], export: ExportedScene) -> tuple[list[BakeTarget], BakedPoints]:
@@ -80,20 +80,20 @@ def points_of(targets: list[BakeTarget], export: ExportedScene) -> tuple[list[Ba
     return moved, BakedPoints(*given, numbers, fit, kept)
 
 
-def values_of(points: BakedPoints, result: BakeResult, whole: BakeResult | None = None) -> Values:
+def values_of(points: BakedPoints, result: BakeResult, whole: BakeResult | None = None) -> LightValues:
     """The values that ``result`` gives the colours; it may be a part of the ``whole`` light."""
     whole = whole or result
     # A covered face that is dark belongs to things that touch; one that has light stands back to back with another.
     hidden = whole.hidden | (points.covered & unlit(whole.irradiance))
     if points.fit is None:
-        return Values(result.irradiance, result.direct.value, result.indirect.value, ~hidden, result.open)
+        return LightValues(result.irradiance, result.direct.value, result.indirect.value, ~hidden, result.open)
     seen = np.where(hidden, 0.0, result.open)
     fitted = points.fit.fitted(result.light, seen, result.direct)
     value, part = fitted.light.value, fitted.part
-    return Values(value, part, value - part, fitted.known, seen)
+    return LightValues(value, part, value - part, fitted.known, seen)
 
 
-def lossy_faces(export: ExportedScene, points: BakedPoints, values: Values, result: BakeResult) -> LossyFaces:
+def lossy_faces(export: ExportedScene, points: BakedPoints, values: LightValues, result: BakeResult) -> LossyFaces:
     """The faces that show light wrong with these ``values``."""
     if points.fit is None:
         return LossyFaces()

@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 from detp.core.sampling import frames
 from detp.detp_addon.tradeoff.cycles_bake import bake_with_cycles, light_of, set_up_cycles
-from detp.detp_addon.tradeoff.face_copies import Faces, copy_in
+from detp.detp_addon.tradeoff.face_copies import CopiedFaces, copy_in
 
 #: Size of the triangles and, of places on surfaces, their height: in steps of single precision, in which Cycles works.
 #: The corners' rounding turns a triangle by a hundredth or two then, which shows in no more than its square.
@@ -39,7 +39,7 @@ def light_at(places: np.ndarray, normals: np.ndarray, samples: int, facing: np.n
     angles = np.arange(3) * 2.0 * np.pi / 3.0
     around = np.cos(angles)[:, None] * first[:, None] + np.sin(angles)[:, None] * second[:, None]
     corners = (places[:, None] + size[:, None, None] * around).reshape(-1, 3)
-    triangles = Faces(corners, np.repeat(normals, 3, axis=0), np.full(len(places), 3))
+    triangles = CopiedFaces(corners, np.repeat(normals, 3, axis=0), np.full(len(places), 3))
     halves = []
     with copy_in(scene, triangles) as copy:
         for seed in (1, 2):

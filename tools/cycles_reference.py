@@ -22,7 +22,7 @@ from detp.core.rays import RayCaster
 from detp.detp_addon.files.open_files import open_blend
 from detp.detp_addon.reading.read_scene import read_scene
 from detp.detp_addon.tradeoff.cycles_bake import bake_with_cycles, light_of, set_up_cycles
-from detp.detp_addon.tradeoff.face_copies import Faces, centred, copy_in, render_faces
+from detp.detp_addon.tradeoff.face_copies import CopiedFaces, centred, copy_in, render_faces
 from detp.detp_addon.units import metres_per_unit
 
 
@@ -46,7 +46,7 @@ def main() -> int:
     parts = [everything[name].taken(faces) for name, faces in zip(names, drawn, strict=True)]
     set_up_cycles(scene)
     arrays, seconds = {"__spp": np.array(arguments.samples)}, []
-    with copy_in(scene, Faces.joined(parts).just_inside(radius)) as copy:
+    with copy_in(scene, CopiedFaces.joined(parts).just_inside(radius)) as copy:
         for seed in (1, 2):
             seconds.append(bake_with_cycles([copy], arguments.samples, seed).seconds)
             lights = np.split(light_of(copy), np.cumsum([len(part.corners) for part in parts])[:-1])
@@ -67,7 +67,7 @@ def at_standpoints(names: list[str], arguments: argparse.Namespace) -> dict[str,
     count = len(read.centres)
     drawn = np.random.default_rng(0).permutation(count)[: arguments.standpoints]
     origins, normals = standing.origins[drawn] / metres_per_unit(scene), read.normals[drawn]
-    near, _ = centred(scene, {"": Faces(origins, normals, np.ones(len(drawn), int))})
+    near, _ = centred(scene, {"": CopiedFaces(origins, normals, np.ones(len(drawn), int))})
     halves = np.full((2, count + 1, 3), np.nan)
     halves[:, drawn] = light_at(near[""].corners, normals, arguments.samples)
     print(f"Baked at {len(drawn)} of {count} standpoints of {len(names)} objects: {arguments.output}")

@@ -12,7 +12,7 @@ from detp.core.rays import RayCaster
 from detp.core.sampling import cosine_hemisphere, triangle
 from detp.core.triangles import normals_and_areas
 from detp.detp_addon.reading.read_scene import read_scene
-from detp.detp_addon.tradeoff.face_copies import Faces, centred, render_faces
+from detp.detp_addon.tradeoff.face_copies import CopiedFaces, centred, render_faces
 from detp.detp_addon.units import metres_per_unit
 from shown_faces import shown_faces
 
@@ -64,7 +64,7 @@ def cycles_places(scene: Path, file: Path, count: int, samples: int) -> Places:
             return Places(*(arrays[name] for name in Places.__dataclass_fields__))
     places, normals = drawn_places(count)
     # Cycles computes in single precision, so what is far away comes nearer.
-    points = Faces(places.positions, normals, np.ones(len(normals), int))
+    points = CopiedFaces(places.positions, normals, np.ones(len(normals), int))
     near, radius = centred(bpy.context.scene, {"": points})
     starts = near[""].corners
     starts = starts + clearance(starts, 1e-3 * radius)[:, None] * places.facing
@@ -91,7 +91,7 @@ def given_places(file: str) -> Places:
         faces = np.bincount(rendered[name].face, there, len(rendered[name].sizes)) == rendered[name].sizes
         parts.append(rendered[name].taken(faces))
         lights.append(light[:, faces[rendered[name].face]])
-    faces, light = Faces.joined(parts), np.concatenate(lights, axis=1)
+    faces, light = CopiedFaces.joined(parts), np.concatenate(lights, axis=1)
     count, face = len(faces.sizes), faces.face
     owner = np.repeat(np.arange(len(names)), [len(part.corners) for part in parts])
     middles = means(faces.corners, face, count)
@@ -154,7 +154,7 @@ def _geometry() -> tuple[RayCaster, list[str], float]:
     return RayCaster(read.scene.corners), names, metres_per_unit(scene)
 
 
-def _area_vectors(faces: Faces, middles: np.ndarray) -> np.ndarray:
+def _area_vectors(faces: CopiedFaces, middles: np.ndarray) -> np.ndarray:
     """The normals (F, 3) of the faces around their ``middles`` (F, 3), as long as their areas, by Newell's sum."""
     ends = np.cumsum(faces.sizes)
     following = np.arange(1, len(faces.corners) + 1)

@@ -22,7 +22,7 @@ from ..settings import BakeSettings
 from .cast_piece import CastPiece
 from .direction_guide import DirectionGuide, DirectionSums
 from .learnt_sums import LearntSums
-from .looks import ReflectedLight
+from .looks import Reflections
 from .nearby_light import NearbyLight
 from .point_groups import PointGroups
 from .round_plan import planned
@@ -105,7 +105,7 @@ class DirectLight:
         near = self._groups, self._stands, self._normals
         return SceneLights(lights, self._shadows, self._reach, RAYS_PER_ROUND, *near)
 
-    def gather(self, reflected: ReflectedLight, lights: Sequence[Light]) -> None:
+    def gather(self, reflected: Reflections, lights: Sequence[Light]) -> None:
         """Let rays by chance look up what surfaces reflect, from the next round on.
 
         Where they are followed on, all ``lights`` of the scene count.
@@ -241,7 +241,7 @@ class DirectLight:
         caster: RayCaster,
         settings: BakeSettings,
         lights: Sequence[Light],
-        reflected: ReflectedLight | None,
+        reflected: Reflections | None,
     ) -> tuple:
         """Cast the rays of a ``piece`` of the points, where ``lights`` are all of the scene's.
 

@@ -55,7 +55,7 @@ class Look:
         return self.spots.taken(self.row)
 
 
-class ReflectedLight(Protocol):
+class Reflections(Protocol):
     """What surfaces reflect towards rays that meet them by chance."""
 
     def sent(self, look: Look, rows: np.ndarray, directions, triangle, places) -> np.ndarray:

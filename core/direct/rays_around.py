@@ -8,7 +8,7 @@ import numpy as np
 
 from ..lights.light import Surroundings
 from .direction_guide import SIDE, Sightings, cells
-from .looks import Look, ReflectedLight
+from .looks import Look, Reflections
 from .passage import SeeThrough
 from .round_sums import net_means
 from .shadows import Shadows
@@ -23,7 +23,7 @@ class RaysAround:
     def __init__(self, lights: Sequence[Surroundings], shadows: Shadows, reach: float):
         self._lights, self._shadows, self._reach = lights, shadows, reach
         self._distant = all(light.distant for light in lights)
-        self.reflected: ReflectedLight | None = None
+        self.reflected: Reflections | None = None
 
     def aimed(self, light: Surroundings, look: Look, uniforms: np.ndarray) -> None:
         """Add to ``look.total`` what rays chosen by ``light`` bring."""

@@ -55,7 +55,7 @@ class RoundSums:
         sums = (self.total, self.crossed, self.squares)
         return RoundSums(self.count[rows], self.weights[rows], *(each[:, rows] for each in sums))
 
-    def add(self, batch: Batch, samples: np.ndarray) -> None:
+    def add(self, batch: SampleBatch, samples: np.ndarray) -> None:
         """What the samples (S, 3) of a ``batch`` found."""
         rows, size = batch.rows, batch.size
         begin = np.cumsum(batch.count) - batch.count
@@ -139,7 +139,7 @@ class RoundSums:
 
 
 @dataclass(frozen=True)
-class Batch:
+class SampleBatch:
     """Samples of equal ``size``, in rounds, of some points.
 
     rows   (K,) the points, ascending
@@ -162,14 +162,14 @@ def sample_sizes(rounds: np.ndarray) -> np.ndarray:
     return 1 << np.maximum(np.frexp(np.maximum(rounds, 1) / SAMPLES_AT_LEAST)[1] - 1, 0).astype(np.int64)
 
 
-def batches(rounds: np.ndarray) -> Iterator[Batch]:
+def batches(rounds: np.ndarray) -> Iterator[SampleBatch]:
     """Batches of bounded size of points that get so many ``rounds`` (K,), as far as whole samples make them up."""
     sizes = sample_sizes(rounds)
     for size in np.unique(sizes[rounds > 0]).tolist():
         rows = np.flatnonzero((sizes == size) & (rounds > 0))
         count = rounds[rows] // size
         for part in blocks(count * size, ROUNDS_PER_BATCH):
-            yield Batch(rows[part], count[part], size)
+            yield SampleBatch(rows[part], count[part], size)
 
 
 def net_means(found: np.ndarray, count: int) -> np.ndarray:

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..lights.light import Surroundings
 from .direction_guide import DirectionChoice, Sightings
-from .looks import Look, ReflectedLight
+from .looks import Look, Reflections
 from .low_discrepancy import nets
 from .nearby_light import NearbyLight
 from .rays_around import RaysAround
@@ -35,7 +35,7 @@ class SurroundingLight:
         self._around = RaysAround(lights, shadows, reach)
         self.lit, self.gathers = bool(lights), False
 
-    def gather(self, reflected: ReflectedLight, rays: int) -> None:
+    def gather(self, reflected: Reflections, rays: int) -> None:
         """Let ``rays`` rays by chance (a power of two) in a round bring ``reflected`` light from now on."""
         self._around.reflected, self._chances, self.gathers = reflected, rays, True
 

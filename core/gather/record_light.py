@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from ..cluster.crew import Crew
 
 #: Rounds of shadow rays from each record at first, and at most: their noise is averaged by the points that look there.
-FIRST_ROUNDS, MOST_ROUNDS = 4, 256
+RECORD_ROUNDS, MOST_RECORD_ROUNDS = 4, 256
 
 
 class RecordLight:
@@ -75,9 +75,9 @@ class RecordLight:
         if self.shadow_rays is None or (self.shadow_rays.done and self.shadow_rays.exact):
             return
         done = self.shadow_rays.done
-        rounds = 1 if self.shadow_rays.exact else FIRST_ROUNDS
+        rounds = 1 if self.shadow_rays.exact else RECORD_ROUNDS
         if done:
-            rounds = min(int(np.ceil(times * done)), MOST_ROUNDS - done)
+            rounds = min(int(np.ceil(times * done)), MOST_RECORD_ROUNDS - done)
         for _ in self.shadow_rays.rounds(done, done + rounds):
             yield
 

@@ -15,7 +15,7 @@ from .disc_search import Candidates
 from .empty_boxes import empty_boxes, facing_octants
 from .grid_walk import walk
 from .local_frame import MARGIN, LocalFrame
-from .patches import Patches, Stretches
+from .patches import DiscPatches, Stretches
 from .ranges import expanded
 
 CELLS = 1 << 22  # 4 million: the boxes of empty space around them take 9 bytes each
@@ -46,7 +46,7 @@ class DiscGrid:
         self._shape = np.ceil(self._frame.size).astype(np.int64) + 1
         key, member = _sorted_entries(self._frame, discs, extent / self.cell, self._shape)
         start = np.flatnonzero(np.diff(key, prepend=-1))
-        self._patches = Patches.of(self._frame, discs, member, start)
+        self._patches = DiscPatches.of(self._frame, discs, member, start)
         cell_of_patch = key[start] // SIDES
         patches = np.bincount(cell_of_patch, minlength=int(self._shape.prod()))
         self._first_patch = np.concatenate([[0], np.cumsum(patches)])

@@ -13,7 +13,7 @@ from .disc_bounds import extents, frame_around, sides
 from .disc_search import Candidates
 from .empty_boxes import ANY_WAY, directions, facing_octants, octants_of
 from .local_frame import MARGIN, Pieces
-from .patches import Patches, Stretches
+from .patches import DiscPatches, Stretches
 
 LEAF = 8  # most discs of a leaf
 BLOCK = 1 << 14  # pairs of a piece and a node looked at together
@@ -38,7 +38,7 @@ class DiscTree:
         self._child, self._roots = tree.child, np.arange(tree.levels[1])
         self._leaf = np.full(len(tree.child), -1)
         self._leaf[leaves] = np.arange(len(leaves))
-        self._patches = Patches.of(self._frame, discs, tree.order.astype(np.int32), tree.start[leaves])
+        self._patches = DiscPatches.of(self._frame, discs, tree.order.astype(np.int32), tree.start[leaves])
         low = tree.bounds(self._frame.local(discs.centres - extent) - MARGIN, np.minimum).astype(np.float32)
         high = tree.bounds(self._frame.local(discs.centres + extent) + MARGIN, np.maximum).astype(np.float32)
         octants = tree.bounds(facing_octants(discs.normals)[:, None], np.bitwise_or)[:, 0]

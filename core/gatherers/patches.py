@@ -22,7 +22,7 @@ class Stretches:
     """Where along its segment a patch may be crossed; pieces and patches by row, one row per stretch.
 
     piece  (R,) int64, row in Pieces
-    patch  (R,) int64, row in Patches
+    patch  (R,) int64, row in DiscPatches
     first  (R,) float32, as a share 0..1 of the piece
     last   (R,) float32
     """
@@ -47,7 +47,7 @@ class Stretches:
 
 
 @dataclass(frozen=True)
-class Patches:
+class DiscPatches:
     """K groups of discs; a disc may be in several. In the units of one LocalFrame, float32.
 
     start, count  (K,)   the members of patch k are member[start[k] : start[k] + count[k]]
@@ -68,7 +68,7 @@ class Patches:
     balls: np.ndarray
 
     @classmethod
-    def of(cls, frame: LocalFrame, discs, member: np.ndarray, start: np.ndarray) -> Patches:
+    def of(cls, frame: LocalFrame, discs, member: np.ndarray, start: np.ndarray) -> DiscPatches:
         """Bound the groups ``member[start[k]:start[k + 1]]`` of ``discs``; no group is empty."""
         centres, radii = frame.local(discs.centres), discs.radii / frame.unit
         count = np.diff(start, append=len(member))

@@ -16,7 +16,7 @@ from .crossing_pairs import CrossingPairs, columns, path_rows
 from .disc_bounds import frame_around
 from .gatherer import Crossings
 from .local_frame import MARGIN, Pieces
-from .patches import Patches, Stretches
+from .patches import DiscPatches, Stretches
 from .ranges import expanded
 from .sphere_plan import SpherePlan
 from .streams import in_lanes, portions
@@ -73,7 +73,7 @@ class SphereCache:
         self._reach = (reach * reach).astype(np.float32)
         count = self._served = plan.end - plan.begin
         served = expanded(plan.begin, count)[1].astype(np.int32)
-        self._patches = Patches.of(self._frame, discs, served, np.cumsum(count) - count)
+        self._patches = DiscPatches.of(self._frame, discs, served, np.cumsum(count) - count)
 
     def crossings(self, segments: Segments, counts: Counts | None = None) -> Iterator[Crossings]:
         """Yield all crossings of ``segments``, each pair once, in chunks of bounded size."""

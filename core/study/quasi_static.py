@@ -22,7 +22,7 @@ from .scene import StudyScene
 
 
 @dataclass(frozen=True)
-class Extent:
+class FramesExtent:
     """How much: ``sizes`` of the object over the scene, ``shares`` of the discs on it, and the rest."""
 
     sizes: tuple[float, ...] = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
@@ -33,7 +33,7 @@ class Extent:
     repeats: int = 1
 
 
-def uniform_scene(extent: Extent) -> StudyScene:
+def uniform_scene(extent: FramesExtent) -> StudyScene:
     """The study's assumption as a scene: uniform lines, and points on the surface of a ball."""
     generator = np.random.default_rng(12)
     discs = uniform_discs("surface", extent.points, 1.0, generator)
@@ -41,13 +41,13 @@ def uniform_scene(extent: Extent) -> StudyScene:
     return StudyScene("uniform", 0, discs.centres, discs.normals, 1.0, lines, extent.segments)
 
 
-def scene_rows(scene: StudyScene, extent: Extent) -> list[dict]:
+def scene_rows(scene: StudyScene, extent: FramesExtent) -> list[dict]:
     """:func:`frame_rows` for all sizes and shares."""
     cases = [(size, share) for share in extent.shares for size in extent.sizes]
     return [row for case in cases for row in frame_rows(scene, *case, extent)]
 
 
-def frame_rows(scene: StudyScene, size: float, share: float, extent: Extent) -> list[dict]:
+def frame_rows(scene: StudyScene, size: float, share: float, extent: FramesExtent) -> list[dict]:
     """One row for each way: an object of ``size`` scene radii with that ``share`` of all discs.
 
     "first" are the processor seconds of the first frame with all that is built for it, "each" those of a later one,

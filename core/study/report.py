@@ -10,7 +10,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from .run import Findings
+from .run import StudyTables
 
 #: plots, by file name without its ending, and what they show
 PLOTS = {
@@ -24,7 +24,7 @@ PLOTS = {
 }
 
 
-def as_json(found: Findings) -> str:
+def as_json(found: StudyTables) -> str:
     """The figures that sum the study up, and the machine."""
     return json.dumps({**_plain(found.figures), "versions": versions()}, indent=2) + "\n"
 
@@ -48,7 +48,7 @@ def versions() -> dict[str, str]:
     }
 
 
-def as_markdown(found: Findings, command: str, pictures: bool) -> str:
+def as_markdown(found: StudyTables, command: str, pictures: bool) -> str:
     """A short report: each claim of the study beside what was measured here, then the tables behind it."""
     figures = found.figures
     machine = ", ".join(f"{name} {version}" for name, version in versions().items())

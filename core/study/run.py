@@ -29,19 +29,19 @@ class Extent:
     choice_segments: int = 1 << 16
     crofton_lines: int = 400_000
     repeats: int = 4
-    quasi_static: quasi_static.Extent = field(default_factory=quasi_static.Extent)
+    quasi_static: quasi_static.FramesExtent = field(default_factory=quasi_static.FramesExtent)
 
 
 QUICK = Extent(
     q_points=4000, q_lines=2000, growth_points=(1000, 3000, 10_000, 30_000), growth_lines=(500, 1000, 2000),
     spacings=(0.25, 1.0, 4.0, 12.0), scan_segments=1 << 15, choice_segments=1 << 16,
     crofton_lines=200_000, repeats=3,
-    quasi_static=quasi_static.Extent((0.01, 0.05, 0.3), (0.1,), frames=3, points=5000, segments=1 << 14),
+    quasi_static=quasi_static.FramesExtent((0.01, 0.05, 0.3), (0.1,), frames=3, points=5000, segments=1 << 14),
 )  # fmt: skip
 
 
 @dataclass(frozen=True)
-class Findings:
+class StudyTables:
     """Tables by name, each a list of rows with equal keys, and the figures that sum them up, for study.json."""
 
     tables: dict[str, list[dict]] = field(default_factory=dict)
@@ -50,13 +50,13 @@ class Findings:
 
 def run(
     scans: dict[str, Callable[[], StudyScene]], scenes: dict[str, Callable[[], StudyScene]], extent: Extent
-) -> Generator[str, None, Findings]:
+) -> Generator[str, None, StudyTables]:
     """Do all experiments; yields a sentence before each. ``scans`` go over many radii, all ``scenes`` test auto.
 
     Scenes are loaded one at a time by calling them, so that one alone is in memory.
     """
     begin = time.perf_counter()
-    found = Findings()
+    found = StudyTables()
     yield "Which Q is best"
     found.tables["q"], found.tables["slack"] = _q_tables(extent)
     yield "How the work grows"

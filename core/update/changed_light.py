@@ -22,7 +22,7 @@ from ..scene import Scene
 from ..segments import Segments
 from ..stages import collected
 from .changed_places import Sight
-from .differences import POINTS_PER_CHUNK, LightDifferences, Places
+from .differences import POINTS_PER_CHUNK, LightDifferences, WantedPlaces
 from .first_bake import FirstBake
 from .patched_records import PatchedRecords
 
@@ -66,7 +66,7 @@ class ChangedRecords:
         kept = paths.segments.taken(np.flatnonzero(~touched.take(paths.segments.particle)))
         self._all, self._particles = Segments.joined([kept, self._come]), len(paths.lights)
 
-    def place(self, kept: Places, anew: Standpoints | None, facing: np.ndarray) -> Iterator[object]:
+    def place(self, kept: WantedPlaces, anew: Standpoints | None, facing: np.ndarray) -> Iterator[object]:
         """Place records where those of the first bake no longer hold, and where points look that are found ``anew``,
         step by step.
 
@@ -92,7 +92,7 @@ class ChangedRecords:
         """Sides (K,) of the cells that rays which landed so look into, metres."""
         return self._first.records.finder.sides_of(landings.lengths)
 
-    def _seen_around(self, kept: Places, seed: int) -> Generator[object, None, Landings]:
+    def _seen_around(self, kept: WantedPlaces, seed: int) -> Generator[object, None, Landings]:
         """Where rays from ``kept`` places land that go towards what changed."""
         some = kept.taken(slice(None, None, -(-len(kept) * max(len(self._changes.balls), 1) // SCOUTS) or 1))
         reflected = ReflectedLight(self._scene, self._caster, self._lights, self._first.records.finder, 1)
@@ -160,7 +160,7 @@ class ChangedRecords:
         if first.lamps is None or len(changes.balls) == 0:
             return more
         lamps = first.lamps.among(self._first.shining)
-        places = Places(held.stands, held.normals, held.normals, first.lamps.group)
+        places = WantedPlaces(held.stands, held.normals, held.normals, first.lamps.group)
 
         def found(task: tuple[int, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
             count, rows = task

@@ -54,7 +54,7 @@ class Surfaces:
 
 
 @dataclass(frozen=True)
-class Places:
+class WantedPlaces:
     """P places where light is wanted.
 
     origins  (P, 3) metres, clear of surfaces
@@ -71,9 +71,9 @@ class Places:
     def __len__(self) -> int:
         return len(self.origins)
 
-    def taken(self, rows) -> Places:
+    def taken(self, rows) -> WantedPlaces:
         """Those ``rows`` (index array or slice) alone."""
-        return Places(*(part[rows] for part in vars(self).values()))
+        return WantedPlaces(*(part[rows] for part in vars(self).values()))
 
 
 class Sums:
@@ -111,7 +111,7 @@ class Views:
 
     @classmethod
     def of(
-        cls, places: Places, reflected: ReflectedLight, records: RecordFinder, seed: int
+        cls, places: WantedPlaces, reflected: ReflectedLight, records: RecordFinder, seed: int
     ) -> Generator[object, None, Views]:
         """From ``places`` among surfaces that send ``reflected`` light on, as ``records`` tell; step by step."""
 
@@ -158,7 +158,7 @@ class LightDifferences:
     def aimed(
         self,
         sight: Sight,
-        places: Places,
+        places: WantedPlaces,
         lamps: NearbyLight,
         count: int,
         generator: np.random.Generator,
@@ -191,7 +191,7 @@ class LightDifferences:
         rows, light = zip(*found, strict=True)
         return np.concatenate(rows), np.concatenate(light)
 
-    def by_chance(self, rays: Rays, places: Places, aimed: int) -> np.ndarray:
+    def by_chance(self, rays: Rays, places: WantedPlaces, aimed: int) -> np.ndarray:
         """What ``rays`` from ``places`` see more of the lights that surround all, W/m^2 (R, 3), parts of the mean; they
         count beside ``aimed`` rays to each."""
         origins, found = places.origins.take(rays.row, axis=0), np.zeros((len(rays.row), 3))
@@ -203,7 +203,7 @@ class LightDifferences:
                     found[rows.take(at)] += sign * emitted(sources, some, origins, at, hits, share, aimed)
         return found
 
-    def _more(self, source, sight, every: Places, row, lit, rays, light) -> tuple[np.ndarray, np.ndarray]:
+    def _more(self, source, sight, every: WantedPlaces, row, lit, rays, light) -> tuple[np.ndarray, np.ndarray]:
         """Of rays to lights, those ``lit`` ones that meet what changed, and what more of their ``light`` arrives."""
         lit = lit[sight.ball(row.take(lit), rays.directions.take(lit, axis=0)) >= 0]
         lit = lit[ahead(every, lit, rays.directions.take(lit, axis=0))]
@@ -235,7 +235,7 @@ def emitted(sources, rays: Rays, origins, rows, hits: Hits, share, aimed: np.nda
     return light
 
 
-def ahead(places: Places, row: np.ndarray, directions: np.ndarray) -> np.ndarray:
+def ahead(places: WantedPlaces, row: np.ndarray, directions: np.ndarray) -> np.ndarray:
     """Which of the rays from places ``row`` (R,) along ``directions`` (R, 3) lead before the faces there."""
     return np.flatnonzero(np.einsum("ij,ij->i", places.facing.take(row, axis=0), directions) > 0)
 
@@ -262,7 +262,7 @@ class Differences:
         self._reflected, self._records, self._delta, self._known = reflected, records, delta, known
 
     def at(
-        self, places: Places, views: Views, light: np.ndarray, noise: float, generator: np.random.Generator
+        self, places: WantedPlaces, views: Views, light: np.ndarray, noise: float, generator: np.random.Generator
     ) -> tuple[Sums, Sums]:
         """Direct and indirect light at ``places``, which have these ``views`` and had ``light`` (P,), RGB sum, with
         about that relative ``noise``."""
@@ -298,7 +298,7 @@ class Differences:
         indirect.add(views_row, seen / VIEWS, VIEWS)
         return direct, indirect
 
-    def _parted(self, owner: np.ndarray, weight: np.ndarray, rays: Rays, places: Places, aimed: int):
+    def _parted(self, owner: np.ndarray, weight: np.ndarray, rays: Rays, places: WantedPlaces, aimed: int):
         """``rays`` that may see what changed, and the ways of the others, on which both scenes are alike; the rays
         belong to ``owner`` (R,), to whom a ``weight`` (R, 3) of what they see comes back."""
         origins = places.origins.take(rays.row, axis=0)
@@ -342,7 +342,7 @@ class Differences:
         return light, sent
 
     def _by_views(
-        self, sight: Sight, places: Places, views: Views, noise: np.ndarray, generator
+        self, sight: Sight, places: WantedPlaces, views: Views, noise: np.ndarray, generator
     ) -> tuple[np.ndarray, np.ndarray, Ways]:
         """By how much the radiosity (P * VIEWS, 3) differs where rays meet the same surfaces in both scenes, as far as
         records tell; the ways of those that are to be followed; and with what chance (P * VIEWS,) they are.
@@ -392,7 +392,7 @@ class Differences:
         """Where rays from the ends of ``ways`` go on to, and those that may see what changed; and to which owners (K,)
         what more (K, 3) comes back straight from the lights."""
         normals = ways.landings.normals
-        places = Places(ways.landings.stands, normals, normals, group)
+        places = WantedPlaces(ways.landings.stands, normals, normals, group)
         sight = Sight.of(self._balls, places.origins, normals)
         row, light = self._lights.aimed(sight, places, self._lamps, 1, generator)
         owner, light = ways.owner.take(row), ways.weight.take(row, axis=0) * light

@@ -32,7 +32,7 @@ from ..settings import BakeSettings
 from ..stages import Stopwatch, collected
 from .changed_light import ChangedRecords
 from .changed_places import Balls, Sight
-from .differences import NOISE, POINTS_PER_CHUNK, Differences, LightDifferences, Places, Surfaces, Views
+from .differences import NOISE, POINTS_PER_CHUNK, Differences, LightDifferences, Surfaces, Views, WantedPlaces
 from .first_bake import FirstBake
 from .matching import light_scale, same_lights, same_points, same_triangles
 
@@ -137,7 +137,7 @@ class _Base:
         self.first, self.views = first, None
         places = first.places.origins, first.points.normals, first.points.facing
         #: from where the points look
-        self.places = Places(*places, first.lamps.group)
+        self.places = WantedPlaces(*places, first.lamps.group)
         #: the relative error of half of the points at most, which may all be known exactly
         self.noise = max(float(np.median(first.result.light.relative_errors)), LEAST_NOISE)
 

@@ -20,7 +20,7 @@ from ..writing.write_attributes import LONGEST_NAME
 from .frames import Frames
 
 #: the custom property of a mesh: {attribute: {"first", "last", "every": frames}}; and of a node group: the attribute
-MARK = "detp_animation"
+PLAYBACK_MARK = "detp_animation"
 
 #: what stands for the number of a key in the names of their attributes
 _KEY = "{key}"
@@ -39,7 +39,7 @@ def key_name(attribute: str, key: int | str) -> str:
 
 def played_frames(mesh: bpy.types.Mesh, attribute: str) -> Frames | None:
     """The frames that an animation in ``attribute`` has, None when there is none."""
-    found = mesh[MARK].to_dict().get(attribute) if hasattr(mesh.get(MARK), "to_dict") else None
+    found = mesh[PLAYBACK_MARK].to_dict().get(attribute) if hasattr(mesh.get(PLAYBACK_MARK), "to_dict") else None
     return Frames(*(int(found[name]) for name in ("first", "last", "every"))) if found else None
 
 
@@ -75,7 +75,7 @@ def write_playback(
     group = _node_group(attribute, frames, *kind)
     undo.callback(bpy.data.node_groups.remove, group)
     for obj, values in objects.items():
-        mesh, before = obj.data, obj.data[MARK].to_dict() if MARK in obj.data else None
+        mesh, before = obj.data, obj.data[PLAYBACK_MARK].to_dict() if PLAYBACK_MARK in obj.data else None
         for key, rgb in enumerate(values):
             _write_key(obj, key_name(attribute, key), kind[1], rgb, undo)
         modifier = _modifier(obj, attribute)
@@ -86,9 +86,9 @@ def write_playback(
         else:
             undo.callback(setattr, modifier, "node_group", modifier.node_group)
         modifier.node_group = group
-        undo.callback(put_mark, mesh, before, MARK)
+        undo.callback(put_mark, mesh, before, PLAYBACK_MARK)
         noted = {"first": frames.first, "last": frames.last, "every": frames.every}
-        mesh[MARK] = (before or {}) | {attribute: noted}
+        mesh[PLAYBACK_MARK] = (before or {}) | {attribute: noted}
 
 
 def tidy_playback(objects: Iterable[bpy.types.Object], attribute: str) -> None:
@@ -106,9 +106,9 @@ def remove_playback(objects: Iterable[bpy.types.Object], attribute: str) -> int:
         if modifier is not None:
             obj.modifiers.remove(modifier)
         _remove_keys(obj.data, attribute, 0)
-        if MARK in obj.data:  # objects may share a mesh
-            left = {name: value for name, value in obj.data[MARK].to_dict().items() if name != attribute}
-            put_mark(obj.data, left or None, MARK)
+        if PLAYBACK_MARK in obj.data:  # objects may share a mesh
+            left = {name: value for name, value in obj.data[PLAYBACK_MARK].to_dict().items() if name != attribute}
+            put_mark(obj.data, left or None, PLAYBACK_MARK)
         obj.data.update_tag()
     _remove_unused_groups()
     return len(chosen)
@@ -116,11 +116,13 @@ def remove_playback(objects: Iterable[bpy.types.Object], attribute: str) -> int:
 
 def is_playback(modifier: bpy.types.Modifier) -> bool:
     """Whether a modifier plays light back."""
-    return modifier.type == "NODES" and modifier.node_group is not None and MARK in modifier.node_group
+    return modifier.type == "NODES" and modifier.node_group is not None and PLAYBACK_MARK in modifier.node_group
 
 
 def _modifier(obj: bpy.types.Object, attribute: str) -> bpy.types.Modifier | None:
-    return next((each for each in obj.modifiers if is_playback(each) and each.node_group[MARK] == attribute), None)
+    return next(
+        (each for each in obj.modifiers if is_playback(each) and each.node_group[PLAYBACK_MARK] == attribute), None
+    )
 
 
 def _write_key(obj: bpy.types.Object, name: str, domain: str, rgb: np.ndarray, undo: ExitStack) -> None:
@@ -154,7 +156,7 @@ def _remove_modifier(obj: bpy.types.Object, name: str) -> None:
 
 
 def _remove_unused_groups() -> None:
-    for group in [group for group in bpy.data.node_groups if MARK in group and not group.users]:
+    for group in [group for group in bpy.data.node_groups if PLAYBACK_MARK in group and not group.users]:
         bpy.data.node_groups.remove(group)
 
 
@@ -165,7 +167,7 @@ def _node_group(attribute: str, frames: Frames, kind: str, domain: str) -> bpy.t
     of the key behind it (f - a - n r) / length, cut at 0 and 1, where only the last length may differ from n.
     """
     group = bpy.data.node_groups.new(f"Baked light: {attribute}", "GeometryNodeTree")
-    group[MARK], group.is_modifier = attribute, True
+    group[PLAYBACK_MARK], group.is_modifier = attribute, True
     for direction in ("INPUT", "OUTPUT"):
         group.interface.new_socket("Geometry", in_out=direction, socket_type="NodeSocketGeometry")
     nodes, keys = _Nodes(group), frames.keys

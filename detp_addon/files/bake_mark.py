@@ -21,7 +21,7 @@ from .blend_blocks import LIT_BY, CutShortError, is_special, named_files, sound_
 from .whole_files import check_whole
 
 #: the custom property; its text begins with the opening, and Blender keeps it in a block of data of its own
-MARK, _OPENING = "detp_bake", b'{"detp_bake": "'
+FILE_MARK, _OPENING = "detp_bake", b'{"detp_bake": "'
 
 #: files of more bytes count by their size and time
 _LONG = 1 << 32
@@ -57,11 +57,11 @@ def mark_output(scenes: list, mark: BakeMark) -> None:
     import bpy
 
     for scene in bpy.data.scenes:
-        if scene.library is None and MARK in scene:
-            del scene[MARK]
+        if scene.library is None and FILE_MARK in scene:
+            del scene[FILE_MARK]
     held = next((scene for scene in scenes if scene.library is None), None)
     if held is not None:
-        held[MARK] = json.dumps({MARK: mark.fingerprint, "entries": mark.entries})
+        held[FILE_MARK] = json.dumps({FILE_MARK: mark.fingerprint, "entries": mark.entries})
 
 
 def read_mark(output: Path) -> BakeMark | None:
@@ -79,7 +79,7 @@ def _marks(output: Path) -> Iterator[BakeMark]:
         if data.startswith(_OPENING):
             with suppress(ValueError, KeyError, TypeError):  # somebody wrote something else there
                 held = json.loads(data.rstrip(b"\0"))
-                yield BakeMark(str(held[MARK]), tuple(dict(entry) for entry in held["entries"]))
+                yield BakeMark(str(held[FILE_MARK]), tuple(dict(entry) for entry in held["entries"]))
 
 
 def _content(path: str | Path) -> bytes:

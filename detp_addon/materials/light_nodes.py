@@ -8,7 +8,7 @@ from functools import partial
 import bpy
 
 from ..reading.read_node_graph import feed_of, find_input
-from .marked_nodes import MARK, before, marked, marked_nodes
+from .marked_nodes import NODE_MARK, before, marked, marked_nodes
 from .surface_colours import Surface, UnknownSurfaceError, Value, diffuse_inputs, surface_of, value_of
 
 
@@ -64,7 +64,7 @@ def multiply(socket: bpy.types.NodeSocket, attribute: str) -> None:
     tree = socket.id_data
     original = value_of(socket)
     product = _mixed(tree, "MULTIPLY", 1.0, _light(tree, attribute), original)
-    product.node[MARK] = "B_Color"
+    product.node[NODE_MARK] = "B_Color"
     _put(product, socket)
     _arrange(tree, socket.node)
 

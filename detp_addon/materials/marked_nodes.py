@@ -8,7 +8,7 @@ import bpy
 
 #: the custom property of such a node: the identifier of the input that has what was there before, or ""; and of a
 #: material with such nodes: {"attribute", "quantity", "way": what it uses and how, "plain": whether it had no nodes}
-MARK = "detp_light"
+NODE_MARK = "detp_light"
 
 _MIXES = ("ShaderNodeMix", "ShaderNodeMixShader")
 
@@ -16,7 +16,7 @@ _MIXES = ("ShaderNodeMix", "ShaderNodeMixShader")
 def marked(tree: bpy.types.NodeTree, kind: str, before: str = "") -> bpy.types.Node:
     """A new node in ``tree`` with the mark, whose input ``before`` will have what was there before."""
     node = tree.nodes.new(kind)
-    node[MARK] = before
+    node[NODE_MARK] = before
     node.label = "Baked Light"
     node.select = False
     return node
@@ -24,10 +24,10 @@ def marked(tree: bpy.types.NodeTree, kind: str, before: str = "") -> bpy.types.N
 
 def marked_nodes(tree: bpy.types.NodeTree) -> Iterator[bpy.types.Node]:
     """All nodes of ``tree`` with the mark."""
-    return (node for node in tree.nodes if MARK in node)
+    return (node for node in tree.nodes if NODE_MARK in node)
 
 
 def before(node: bpy.types.Node) -> bpy.types.NodeSocket | None:
     """The input of a marked node that has what was there before it; None of other nodes."""
-    identifier = node.get(MARK) if node.bl_idname in _MIXES else None
+    identifier = node.get(NODE_MARK) if node.bl_idname in _MIXES else None
     return next((socket for socket in node.inputs if socket.identifier == identifier), None) if identifier else None

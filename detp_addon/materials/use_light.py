@@ -17,7 +17,7 @@ from ..reading.read_node_graph import node_tree
 from ..wording import counted, some
 from ..writing.baked_layers import WHITE, light_of, remove_layer
 from .light_nodes import make_plain, make_unlit, multiply, strip, surface_inputs, surface_outputs
-from .marked_nodes import MARK
+from .marked_nodes import NODE_MARK
 from .mesh_layers import drop_looks, spoilt_exports, whiten
 
 #: how light can be used; "auto" takes base colour for ambient occlusion, which lamps are to light, else unlit
@@ -93,10 +93,10 @@ def refresh_materials(objects: Iterable[bpy.types.Object], attribute: str) -> li
     for obj in objects:
         quantity = light_of(obj.data, attribute)["quantity"]
         for material in materials_with_light([obj]):
-            if material[MARK]["attribute"] == attribute and material[MARK]["quantity"] != quantity:
+            if material[NODE_MARK]["attribute"] == attribute and material[NODE_MARK]["quantity"] != quantity:
                 stale[material] = quantity
     for material, quantity in stale.items():
-        _use(material, attribute, quantity, material[MARK]["way"])
+        _use(material, attribute, quantity, material[NODE_MARK]["way"])
     names = [material.name for material in stale]
     return [f"Materials that use the light were made anew for what it is now: {some(names)}."] if names else []
 
@@ -107,7 +107,9 @@ def remove_from_materials(objects: Iterable[bpy.types.Object]) -> int:
     for material in found:
         _restore(material)
     for mesh in bpy.data.meshes:
-        if mesh.library is None and not any(material is not None and MARK in material for material in mesh.materials):
+        if mesh.library is None and not any(
+            material is not None and NODE_MARK in material for material in mesh.materials
+        ):
             for name in [layer.name for layer in mesh.color_attributes]:
                 if light_of(mesh, name)["quantity"] == WHITE:
                     remove_layer(mesh, name)
@@ -119,7 +121,7 @@ def materials_with_light(objects: Iterable[bpy.types.Object]) -> Iterator[bpy.ty
     seen = set()
     for obj in objects:
         for slot in obj.material_slots if obj.type == "MESH" else ():
-            if slot.material is not None and MARK in slot.material and slot.material not in seen:
+            if slot.material is not None and NODE_MARK in slot.material and slot.material not in seen:
                 seen.add(slot.material)
                 yield slot.material
 
@@ -131,10 +133,10 @@ def _has_light(mesh: bpy.types.Mesh, attribute: str) -> bool:
 def _restore(material: bpy.types.Material) -> None:
     for tree in list(_trees(material)):
         strip(tree)
-    if MARK in material:
-        if material[MARK]["plain"]:
+    if NODE_MARK in material:
+        if material[NODE_MARK]["plain"]:
             material.use_nodes = False
-        del material[MARK]
+        del material[NODE_MARK]
 
 
 def _trees(material: bpy.types.Material) -> Iterator[bpy.types.NodeTree]:
@@ -155,7 +157,7 @@ def _use(material: bpy.types.Material, attribute: str, quantity: str, way: str) 
         return "", "linked from a library, where light cannot be put in; make local to use it"
     _restore(material)
     tree = node_tree(material)
-    material[MARK] = {"attribute": attribute, "quantity": quantity, "way": way, "plain": tree is None}
+    material[NODE_MARK] = {"attribute": attribute, "quantity": quantity, "way": way, "plain": tree is None}
     if way == "auto":
         way = "base-color" if quantity == "ambient-occlusion" else "unlit"
     tree = tree or make_plain(material)
@@ -178,4 +180,4 @@ def _use(material: bpy.types.Material, attribute: str, quantity: str, way: str) 
 
 def _has_paint(material: bpy.types.Material) -> bool:
     """Whether nodes of the material itself ask for colours of the mesh."""
-    return any(node.bl_idname in _PAINT and MARK not in node for tree in _trees(material) for node in tree.nodes)
+    return any(node.bl_idname in _PAINT and NODE_MARK not in node for tree in _trees(material) for node in tree.nodes)

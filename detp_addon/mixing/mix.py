@@ -11,7 +11,7 @@ import numpy as np
 
 from ...core.errors import EditModeError, InvalidSettingError, LightGroupNotFoundError, NotBakedError
 from ..materials.mesh_layers import drop_looks
-from ..writing.baked_layers import MARK, groups_of, note_mixture, stored_colours
+from ..writing.baked_layers import LAYERS_MARK, groups_of, note_mixture, stored_colours
 
 #: by group, the RGB by which its light is multiplied
 Gains = dict[str, tuple[float, float, float]]
@@ -99,7 +99,7 @@ def _mix(mesh: bpy.types.Mesh, attribute: str, groups: dict[str, dict], gains: G
         mark["gain"] = [float(channel) for channel in gains.get(mark["name"], mark["gain"])]
         if any(mark["gain"]):
             mixed += stored_colours(mesh.attributes[name]) * np.array([*mark["gain"], 0.0], np.float32)
-    np.minimum(mixed[:, :3], mesh[MARK]["light"][attribute].get("limit", np.inf), out=mixed[:, :3])
+    np.minimum(mixed[:, :3], mesh[LAYERS_MARK]["light"][attribute].get("limit", np.inf), out=mixed[:, :3])
     layer.data.foreach_set("color", mixed.ravel())
     note_mixture(mesh, attribute, groups)
     mesh.update_tag()

@@ -12,7 +12,7 @@ from ..wording import counted, duration
 from . import session
 from .forecasts import forecast_of
 from .idle import Idle
-from .operators import Baking
+from .operators import BakeRunner
 from .panel import SidebarTab, settings_column
 from .properties import BakeOptions, attribute_name, bake_request, scene_options
 
@@ -55,7 +55,7 @@ class DETP_PG_animation(FrameOptions, bpy.types.PropertyGroup):
     """The panel's settings for animations, saved with the scene."""
 
 
-class DETP_OT_bake_animation(FrameOptions, BakeOptions, Baking, bpy.types.Operator):
+class DETP_OT_bake_animation(FrameOptions, BakeOptions, BakeRunner, bpy.types.Operator):
     """Bake the light at key frames, and let it play in the meshes' color attributes"""
 
     bl_idname = "detp.bake_animation"

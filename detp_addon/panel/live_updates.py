@@ -36,7 +36,7 @@ class _Follower:
     def __init__(self):
         self.on, self.why_not = False, ""
         self.changed: float | None = None
-        self.bake: session.BakeSession | None = None
+        self.bake: session.RunningBake | None = None
         self._working, self._stood = False, 0.0
 
     def switch(self, on: bool) -> None:

@@ -30,7 +30,7 @@ SHORTEST_SLICE, LONGEST_SLICE = 0.07, 0.5
 TICK, REDRAW = 0.02, 0.2
 
 
-class Baking(Idle):
+class BakeRunner(Idle):
     """What runs a bake, at once or in slices; what it bakes, its subclasses say."""
 
     _kept: KeptBake | None = None  # what it keeps for updates
@@ -100,7 +100,7 @@ class Baking(Idle):
     def _wants_live(self, context) -> bool:
         return self.live if self.properties.is_property_set("live") else context.scene.detp.live
 
-    def _begun(self, context) -> session.BakeSession | None:
+    def _begun(self, context) -> session.RunningBake | None:
         options = self._options(context)
         for name, value in options.items():
             setattr(self, name, value)  # so that a repetition bakes the same
@@ -148,7 +148,7 @@ class Baking(Idle):
         self._bake.step(min(max(away, SHORTEST_SLICE), LONGEST_SLICE))
         self._worked = time.perf_counter()
 
-    def _ended(self, context, bake: session.BakeSession) -> set[str]:
+    def _ended(self, context, bake: session.RunningBake) -> set[str]:
         outcome = bake.outcome
         if outcome.status == session.DONE:
             latest_kept.keep(self._kept, context.scene)
@@ -179,7 +179,7 @@ class Baking(Idle):
         redraw_panels(context)
 
 
-class DETP_OT_bake(BakeOptions, Baking, bpy.types.Operator):
+class DETP_OT_bake(BakeOptions, BakeRunner, bpy.types.Operator):
     """Bake the light of the whole scene into the meshes' colour attributes"""
 
     bl_idname = "detp.bake"

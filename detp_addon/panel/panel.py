@@ -167,7 +167,7 @@ def _automatic(layout, settings, switch: str, value: str, heading: str) -> None:
         column.prop(settings, value, text=" ")
 
 
-def _draw_progress(layout: bpy.types.UILayout, bake: session.BakeSession) -> None:
+def _draw_progress(layout: bpy.types.UILayout, bake: session.RunningBake) -> None:
     progress = bake.progress
     column = layout.column(align=True)
     bar = column.row()

@@ -13,7 +13,7 @@ from ..steps import JobProgress
 
 
 @dataclass(frozen=True)
-class Outcome:
+class Ending:
     """How a bake ended: a sentence, one of DONE, CANCELLED and FAILED, and the report when it is done."""
 
     status: str
@@ -30,7 +30,7 @@ HURRY = 1.0
 MOST_GUESSED = 0.2
 
 
-class BakeSession:
+class RunningBake:
     """One run of the generator ``steps``; nobody else may step or close it.
 
     progress  where it stands
@@ -54,7 +54,7 @@ class BakeSession:
         self._stop: bool | None = None
         self._begun = False  # a generator takes nothing before its first step
         self.progress = JobProgress("Starting", 0.0)
-        self.outcome: Outcome | None = None
+        self.outcome: Ending | None = None
 
     def step(self, seconds: float) -> None:
         """Work for about so long, to the end, or to what can be shown: colours, or the name of a phase that is new.
@@ -67,13 +67,13 @@ class BakeSession:
                 self.progress = self._steps.send(self._stop if self._begun else None)
                 self._begun = True
             except StopIteration as stop:
-                self.outcome = Outcome(DONE, stop.value.headline(), stop.value)
+                self.outcome = Ending(DONE, stop.value.headline(), stop.value)
             except DetpError as error:
-                self.outcome = Outcome(FAILED, str(error))
+                self.outcome = Ending(FAILED, str(error))
             except ReferenceError:
-                self.outcome = Outcome(CANCELLED, "The bake ended because what it was baking was removed.")
+                self.outcome = Ending(CANCELLED, "The bake ended because what it was baking was removed.")
             except BaseException as error:
-                self.outcome = Outcome(FAILED, f"The bake broke off, please report this: {error!r}")
+                self.outcome = Ending(FAILED, f"The bake broke off, please report this: {error!r}")
                 raise
             now, new = time.perf_counter(), self.progress.phase not in self._phases
             self._phases.add(self.progress.phase)
@@ -122,19 +122,19 @@ class BakeSession:
     def cancel(self, message: str = "The bake was cancelled; nothing was changed.") -> None:
         """End without writing anything; does nothing when the bake is over."""
         if self.outcome is None:
-            self.outcome = Outcome(CANCELLED, message)
+            self.outcome = Ending(CANCELLED, message)
             self._steps.close()
 
 
-_latest: BakeSession | None = None
+_latest: RunningBake | None = None
 
 
-def latest() -> BakeSession | None:
+def latest() -> RunningBake | None:
     """The bake that is running or ran last since this file was opened."""
     return _latest
 
 
-def running() -> BakeSession | None:
+def running() -> RunningBake | None:
     """The bake that is running."""
     return _latest if _latest is not None and _latest.outcome is None else None
 
@@ -144,10 +144,10 @@ def begin(
     expected: float | None = None,
     timed: bool = False,
     standing: float | None = None,
-) -> BakeSession:
-    """Make ``steps`` the running bake in place of one that is over; the rest is as in :class:`BakeSession`."""
+) -> RunningBake:
+    """Make ``steps`` the running bake in place of one that is over; the rest is as in :class:`RunningBake`."""
     global _latest
-    _latest = BakeSession(steps, expected, timed, standing)
+    _latest = RunningBake(steps, expected, timed, standing)
     return _latest
 
 

@@ -7,11 +7,11 @@ from ..job import bake_scene
 from ..request import BakeRequest
 from ..updates.kept_bake import KeptBake
 from ..updates.latest_kept import kept_of, read_again
-from .operators import Baking
+from .operators import BakeRunner
 from .properties import scene_options
 
 
-class DETP_OT_update(Baking, bpy.types.Operator):
+class DETP_OT_update(BakeRunner, bpy.types.Operator):
     """Find the light anew where the scene has changed since its bake, into the same attributes. Where nothing is kept
     of the bake, or all light is another, this is a bake of the whole scene, and that is said"""
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ...core.errors import DetpError
 from ...core.study.report import PLOTS
-from ...core.study.run import Findings
+from ...core.study.run import StudyTables
 from ..files.write_files import replace_file
 
 _NAMES = {
@@ -21,7 +21,7 @@ class NoPlotsError(DetpError):
     """matplotlib is not there to draw the plots."""
 
 
-def draw(found: Findings, folder: Path) -> None:
+def draw(found: StudyTables, folder: Path) -> None:
     """Write each of PLOTS into ``folder`` as .svg and .png.
 
     Raises NoPlotsError when matplotlib is missing.

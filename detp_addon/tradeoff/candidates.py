@@ -23,7 +23,7 @@ _PHOTONS = 1 << 20
 
 
 @dataclass(frozen=True)
-class Candidate:
+class MeasuredBake:
     """A bake to measure; those of one ``group`` make a line in the plots. A ``preset`` is one that the panel offers."""
 
     label: str
@@ -42,42 +42,42 @@ class Candidate:
         return options
 
 
-def candidates(radius: float, quick: bool, names: tuple[str, ...] = GROUPS) -> tuple[Candidate, ...]:
+def candidates(radius: float, quick: bool, names: tuple[str, ...] = GROUPS) -> tuple[MeasuredBake, ...]:
     """Those of these groups, or of these names; radii are tried around ``radius``, in metres. ``quick``: fewer."""
     everything = (*_qualities(quick), *_targets(quick), *_gatherers(quick), *_radii(radius, quick), *_direct(quick))
     return tuple(candidate for candidate in everything if {candidate.group, candidate.label} & {*names})
 
 
-def _qualities(quick: bool) -> list[Candidate]:
+def _qualities(quick: bool) -> list[MeasuredBake]:
     names = list(QUALITIES)[: 1 if quick else None]
-    return [Candidate(name, "quality", BakeSettings(name), preset=True) for name in names]
+    return [MeasuredBake(name, "quality", BakeSettings(name), preset=True) for name in names]
 
 
-def _targets(quick: bool) -> list[Candidate]:
-    found = [Candidate(label, label.split()[0], settings) for label, settings in TARGETS.items()]
+def _targets(quick: bool) -> list[MeasuredBake]:
+    found = [MeasuredBake(label, label.split()[0], settings) for label, settings in TARGETS.items()]
     return [found[0], found[3]] if quick else found
 
 
-def _gatherers(quick: bool) -> list[Candidate]:
+def _gatherers(quick: bool) -> list[MeasuredBake]:
     few, many = (1 << 16, 1 << 18), (1 << 16, 1 << 18, 1 << 20, 1 << 22)
     return [
-        Candidate(f"{gatherer}, {_short(count)} photons", gatherer, BakeSettings(photons=count, gatherer=gatherer))
+        MeasuredBake(f"{gatherer}, {_short(count)} photons", gatherer, BakeSettings(photons=count, gatherer=gatherer))
         for gatherer, counts in (("disc-index", many), ("sphere-cache", many[:3]))
         for count in (few if quick else counts)
     ]
 
 
-def _radii(radius: float, quick: bool) -> list[Candidate]:
+def _radii(radius: float, quick: bool) -> list[MeasuredBake]:
     settings = {
         share: BakeSettings(photons=_photons(quick), radius=share * radius)
         for share in ((0.5, 2.0) if quick else (0.25, 0.5, 1.0, 2.0))
     }
-    return [Candidate(f"radius {share:g} x {radius:.3g} m", "radius", chosen) for share, chosen in settings.items()]
+    return [MeasuredBake(f"radius {share:g} x {radius:.3g} m", "radius", chosen) for share, chosen in settings.items()]
 
 
-def _direct(quick: bool) -> list[Candidate]:
+def _direct(quick: bool) -> list[MeasuredBake]:
     return [
-        Candidate(
+        MeasuredBake(
             f"direct light by photons, {estimator} discs", "direct",
             BakeSettings(photons=_photons(quick), direct="photons", estimator=estimator),
         )

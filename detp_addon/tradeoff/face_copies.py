@@ -30,7 +30,7 @@ FAR = 10.0
 
 
 @dataclass(frozen=True)
-class Faces:
+class CopiedFaces:
     """Faces with C corners: corners (C, 3) metres and normals (C, 3) unit in world space, and each face's size (F,)."""
 
     corners: np.ndarray
@@ -43,39 +43,41 @@ class Faces:
         return np.repeat(np.arange(len(self.sizes)), self.sizes)
 
     @staticmethod
-    def joined(parts: list[Faces]) -> Faces:
+    def joined(parts: list[CopiedFaces]) -> CopiedFaces:
         """All faces one after the other."""
-        return Faces(*(np.concatenate([getattr(p, name) for p in parts]) for name in ("corners", "normals", "sizes")))
+        return CopiedFaces(
+            *(np.concatenate([getattr(p, name) for p in parts]) for name in ("corners", "normals", "sizes"))
+        )
 
-    def taken(self, faces: np.ndarray) -> Faces:
+    def taken(self, faces: np.ndarray) -> CopiedFaces:
         """The faces of a mask (F,)."""
         corners = faces[self.face]
-        return Faces(self.corners[corners], self.normals[corners], self.sizes[faces])
+        return CopiedFaces(self.corners[corners], self.normals[corners], self.sizes[faces])
 
-    def moved(self, way: np.ndarray) -> Faces:
+    def moved(self, way: np.ndarray) -> CopiedFaces:
         """The same elsewhere."""
-        return Faces(self.corners + way, self.normals, self.sizes)
+        return CopiedFaces(self.corners + way, self.normals, self.sizes)
 
-    def just_inside(self, radius: float) -> Faces:
+    def just_inside(self, radius: float) -> CopiedFaces:
         """The corners drawn into their faces and lifted, in a scene of that ``radius`` in metres."""
         face = self.face
         sums = [np.bincount(face, self.corners[:, axis], len(self.sizes)) for axis in range(3)]
         middles = np.stack(sums, axis=1) / np.maximum(self.sizes, 1)[:, None]
         inward = INWARD * (middles[face] - self.corners)
         lift = np.clip(0.25 * np.linalg.norm(inward, axis=1), LEAST_LIFT * radius, MOST_LIFT * radius)
-        return Faces(self.corners + inward + lift[:, None] * self.normals, self.normals, self.sizes)
+        return CopiedFaces(self.corners + inward + lift[:, None] * self.normals, self.normals, self.sizes)
 
 
-def render_faces(scene, view_layer, names: list[str]) -> dict[str, Faces]:
+def render_faces(scene, view_layer, names: list[str]) -> dict[str, CopiedFaces]:
     """The faces of the mesh objects of these ``names`` as a render sees them, after their modifiers."""
 
-    def visit(depsgraph) -> dict[str, Faces]:
+    def visit(depsgraph) -> dict[str, CopiedFaces]:
         return {name: _faces(bpy.data.objects[name].evaluated_get(depsgraph)) for name in names}
 
     return view_as_render(scene, view_layer, visit)
 
 
-def _faces(obj: bpy.types.Object) -> Faces:
+def _faces(obj: bpy.types.Object) -> CopiedFaces:
     mesh, matrix = obj.data, np.array(obj.matrix_world)
     positions, normals = np.empty(3 * len(mesh.vertices)), np.empty(3 * len(mesh.loops))
     vertices, sizes = np.empty(len(mesh.loops), int), np.empty(len(mesh.polygons), int)
@@ -86,10 +88,10 @@ def _faces(obj: bpy.types.Object) -> Faces:
     # What is broken in the mesh lies at the origin, where it is baked but never compared.
     corners = np.nan_to_num(positions.reshape(-1, 3)[vertices] @ matrix[:3, :3].T + matrix[:3, 3], posinf=0, neginf=0)
     normals = np.nan_to_num(normals.reshape(-1, 3)) @ np.linalg.pinv(matrix[:3, :3])
-    return Faces(corners, normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-30)[:, None], sizes)
+    return CopiedFaces(corners, normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-30)[:, None], sizes)
 
 
-def centred(scene, faces: dict[str, Faces]) -> tuple[dict[str, Faces], float]:
+def centred(scene, faces: dict[str, CopiedFaces]) -> tuple[dict[str, CopiedFaces], float]:
     """Move a ``scene`` that is far away to the origin; returns the ``faces`` there and the radius around them."""
     corners = np.concatenate([part.corners for part in faces.values()])
     lower, upper = corners.min(axis=0), corners.max(axis=0)
@@ -105,7 +107,7 @@ def centred(scene, faces: dict[str, Faces]) -> tuple[dict[str, Faces], float]:
 
 
 @contextmanager
-def copy_in(scene: bpy.types.Scene, faces: Faces) -> Iterator[bpy.types.Object]:
+def copy_in(scene: bpy.types.Scene, faces: CopiedFaces) -> Iterator[bpy.types.Object]:
     """An object of these ``faces``, apart, in the scene, for Cycles to bake; no path meets it."""
     mesh = bpy.data.meshes.new("detp copy")
     material = bpy.data.materials.new("detp copy")

@@ -24,7 +24,7 @@ RATIOS = ("button", "button, set-up once", "one object", "one object, set-up onc
 
 
 @dataclass(frozen=True)
-class Findings:
+class Comparison:
     """What a trade-off gives: ``rows``, one a kind of run, with equal keys, and ``points``, what they were measured on.
 
     Errors are medians over the runs of: ``error``, median over the points of the relative difference; ``error 95``,
@@ -36,7 +36,7 @@ class Findings:
     points: dict
 
 
-def findings(compared: ComparedScene, reference: Reference, measured: list[Measured]) -> Findings:
+def findings(compared: ComparedScene, reference: Reference, measured: list[Measured]) -> Comparison:
     """All figures; raises NoLightError when no compared corner has light."""
     points = ~compared.hidden & np.isfinite(reference.light)
     lit = points & (reference.light > 0)
@@ -51,7 +51,7 @@ def findings(compared: ComparedScene, reference: Reference, measured: list[Measu
     for row in rows:
         if row["who"] == "detp":
             row.update(_ratios(costs, max(row["error"], TOLD * reference.relative_noise), row["seconds"]))
-    return Findings(rows, {
+    return Comparison(rows, {
         "corners": len(compared.faces.corners), "objects": len(compared.objects), "compared": len(compared.chosen),
         "hidden": int(compared.hidden.sum()), "lit": int(lit.sum()), "reference noise": reference.relative_noise,
         "reference samples": 2 * reference.samples, "reference seconds": round(reference.seconds, 1),

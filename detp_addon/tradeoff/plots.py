@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ..study.plots import figure_class, save
-from .figures import Findings
+from .figures import Comparison
 
 #: the figures' names in the rows, and their titles
 _ERRORS = {"error": "median error", "error 95": "95th percentile of the error"}
@@ -26,7 +26,7 @@ _STYLES = {
 }
 
 
-def draw(found: Findings, title: str, folder: Path) -> None:
+def draw(found: Comparison, title: str, folder: Path) -> None:
     """Write tradeoff.svg and tradeoff.png into ``folder``.
 
     Raises NoPlotsError when matplotlib is missing.

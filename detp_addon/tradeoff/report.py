@@ -15,7 +15,7 @@ from ...core.parallel import worker_count
 from ...core.study import report
 from ...core.study.report import markdown_table, versions
 from ..files.write_files import write_text
-from .figures import RATIOS, Findings
+from .figures import RATIOS, Comparison
 
 _FAIRNESS = """\
 The quantity is E/pi, diffuse direct and indirect light without colour, at the same corners for all: whole faces chosen
@@ -39,7 +39,7 @@ setting up takes long. An error below a quarter of the reference's noise counts 
 light comes straight from the sun and is exact for both, the median says little: look at the other two."""
 
 
-def write(found: Findings, facts: dict, folder: Path, picture: bool) -> None:
+def write(found: Comparison, facts: dict, folder: Path, picture: bool) -> None:
     """Write the three files into ``folder``; ``picture``: whether the plots are there."""
     texts = {
         "tradeoff.json": as_json(found, facts), "tradeoff.csv": as_csv(found),
@@ -49,12 +49,12 @@ def write(found: Findings, facts: dict, folder: Path, picture: bool) -> None:
         write_text(folder / name, text)
 
 
-def as_json(found: Findings, facts: dict) -> str:
+def as_json(found: Comparison, facts: dict) -> str:
     """Everything: the rows, the points, the machine and what else ``facts`` say."""
     return json.dumps(_plain({**facts, "points": found.points, "runs": found.rows}), indent=1) + "\n"
 
 
-def as_csv(found: Findings) -> str:
+def as_csv(found: Comparison) -> str:
     """A line for each kind of run."""
     return report.as_csv(
         [
@@ -73,7 +73,7 @@ def machine() -> dict:
     }  # fmt: skip
 
 
-def as_markdown(found: Findings, facts: dict, picture: bool) -> str:
+def as_markdown(found: Comparison, facts: dict, picture: bool) -> str:
     """The report."""
     here, points = facts["machine"], found.points
     ours = [row for row in found.rows if row["who"] == "detp"]

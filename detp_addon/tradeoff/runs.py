@@ -14,7 +14,7 @@ from ...core.stages import finished
 from ..command.blender_output import blender_silenced
 from ..job import bake_scene
 from ..request import BakeRequest
-from .candidates import Candidate
+from .candidates import MeasuredBake
 from .cycles_bake import BOUNCES, bake_with_cycles, light_of, set_up_cycles
 from .face_copies import copy_in
 from .scene import ComparedScene
@@ -36,7 +36,7 @@ class Plan:
     cycles_seconds  a bake of Cycles ends when they are over, and its time is told from the objects that it reached
     """
 
-    candidates: tuple[Candidate, ...]
+    candidates: tuple[MeasuredBake, ...]
     samples: tuple[int, ...]
     runs: int = 3
     cycles_seconds: float = 60.0

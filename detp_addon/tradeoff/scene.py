@@ -17,7 +17,7 @@ from ..reading.read_scene import BakeTarget, read_scene
 from ..wording import counted
 from ..writing.baked_layers import colour_layers
 from .cycles_bake import set_up_cycles
-from .face_copies import Faces, centred, give_light_attribute, render_faces
+from .face_copies import CopiedFaces, centred, give_light_attribute, render_faces
 
 #: particles of the bake that tells which corners are hidden
 FEW_PHOTONS = 1 << 16
@@ -35,7 +35,7 @@ class ComparedScene:
     """
 
     objects: tuple[str, ...]
-    faces: Faces
+    faces: CopiedFaces
     first: np.ndarray
     chosen: np.ndarray
     hidden: np.ndarray
@@ -83,7 +83,7 @@ def compared_scene(corners: int) -> Generator[str, None, ComparedScene]:
             obj.data = obj.data.copy()
         give_light_attribute(obj.data)
     faces, radius = centred(scene, {name: rendered[name] for name in names})
-    joined = Faces.joined(list(faces.values()))
+    joined = CopiedFaces.joined(list(faces.values()))
     sizes = [len(part.corners) for part in faces.values()]
     chosen = _chosen(joined, corners)
     yield f"Looking for hidden corners among {counted(len(joined.corners), 'corner')}"
@@ -94,7 +94,7 @@ def compared_scene(corners: int) -> Generator[str, None, ComparedScene]:
     )  # fmt: skip
 
 
-def _unfit(target: BakeTarget, layer: bpy.types.ViewLayer, rendered: dict[str, Faces]) -> str | None:
+def _unfit(target: BakeTarget, layer: bpy.types.ViewLayer, rendered: dict[str, CopiedFaces]) -> str | None:
     """Why Cycles cannot bake this object into colours that compare with ours, or None when it can."""
     obj = bpy.data.objects.get((target.object_name, target.library))
     if target.library or obj.library or obj.data.library or obj.override_library or obj.data.override_library:
@@ -120,7 +120,7 @@ def _left_out(reasons: dict[str, str | None], shown: int = 3) -> list[str]:
     return sentences
 
 
-def _chosen(faces: Faces, corners: int) -> np.ndarray:
+def _chosen(faces: CopiedFaces, corners: int) -> np.ndarray:
     """About that many ``corners``, by whole faces at random, in ascending order."""
     order = np.random.default_rng(0).permutation(len(faces.sizes))
     enough = int(np.searchsorted(np.cumsum(faces.sizes[order]), corners)) + 1

@@ -35,7 +35,7 @@ from ..writing.baked_layers import put_mark
 from ..writing.encoding import Encoding
 
 #: the custom property of a scene: which kept bake belongs to it
-MARK = "detp_kept"
+KEPT_MARK = "detp_kept"
 
 #: how such files are called beside the .blend, and how they begin
 SUFFIX, _MAGIC = ".detp", b"DETP kept bake 1\n"
@@ -77,7 +77,7 @@ def file_beside(blend: str) -> Path:
 def note_kept(scene: bpy.types.Scene, identity: str | None) -> None:
     """Note in ``scene``, unless it is linked, the ``identity`` of its kept bake in a file; None where there is none."""
     if scene.library is None:
-        put_mark(scene, identity, MARK)
+        put_mark(scene, identity, KEPT_MARK)
 
 
 def write_kept(path: Path, parts: KeptParts, identity: str) -> int:

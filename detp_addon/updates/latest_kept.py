@@ -10,7 +10,7 @@ import bpy
 from ...core.errors import DetpError
 from ...core.memory import memory_errors_named
 from .kept_bake import KeptBake
-from .kept_file import MARK, file_beside, note_kept, write_kept
+from .kept_file import KEPT_MARK, file_beside, note_kept, write_kept
 
 _latest: KeptBake | None = None
 #: where the latest is written, and as which one
@@ -26,7 +26,7 @@ def kept_of(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> KeptBake
 
 def may_be_read(scene: bpy.types.Scene) -> bool:
     """Whether a kept bake of ``scene`` was written beside the open file."""
-    return MARK in scene and bool(bpy.data.filepath)
+    return KEPT_MARK in scene and bool(bpy.data.filepath)
 
 
 def read_again(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> KeptBake | None:
@@ -37,7 +37,7 @@ def read_again(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> KeptB
     global _latest, _written
     if not may_be_read(scene):
         return None
-    path, identity = file_beside(bpy.data.filepath), str(scene[MARK])
+    path, identity = file_beside(bpy.data.filepath), str(scene[KEPT_MARK])
     found = KeptBake.in_file(path, identity, scene, view_layer)
     _latest, _written = found, (path, identity)
     return found
@@ -62,7 +62,7 @@ def write_beside(blend: str) -> None:
     if _latest is None or not _latest.on_disk or not blend:
         return
     path, identity = file_beside(blend), _latest.identity
-    if not any(scene.get(MARK) == identity for scene in bpy.data.scenes):
+    if not any(scene.get(KEPT_MARK) == identity for scene in bpy.data.scenes):
         return  # an undo has taken its bake back
     if _written == (path, identity) and path.exists():
         return
@@ -79,7 +79,7 @@ def note_of_file(scene: bpy.types.Scene) -> str:
     """How it stands with the file of what is kept of ``scene``: its size, that it is still to be written, or why it
     cannot be; empty without any."""
     if not may_be_read(scene):
-        return "Save the file to keep this bake beside it" if MARK in scene else ""
+        return "Save the file to keep this bake beside it" if KEPT_MARK in scene else ""
     return _note
 
 

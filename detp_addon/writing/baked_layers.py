@@ -13,7 +13,7 @@ import bpy
 import numpy as np
 
 #: the custom property: {"paint": name, "layers": {name: checksum of its colours}, "light": {name: what it means}}
-MARK = "detp_bakes"
+LAYERS_MARK = "detp_bakes"
 
 #: what a layer means: the quantity, and by what the light was multiplied for it, which an engine divides by; where that
 #: is known also "error", by which half of the light was likely to be off at most
@@ -80,7 +80,7 @@ def colour_layers(
     # A layer of floats beside another one is what earlier versions left when they were asked for a name.
     corners = any(layer.name == paint and layer.domain == "CORNER" for layer in floats)
     brought = {name for name in elsewhere if name not in mesh.attributes}
-    unsure = corners and MARK not in mesh and (len(others) > 1 or paint in written)
+    unsure = corners and LAYERS_MARK not in mesh and (len(others) > 1 or paint in written)
     return ColourLayers(frozenset(baked | brought), paint, unsure)
 
 
@@ -94,13 +94,13 @@ def leave_mark(mesh: bpy.types.Mesh, paint: str, light: dict[str, dict]) -> dict
 
     Each has what differs from PLAIN_LIGHT.
     """
-    before, mark = mesh[MARK].to_dict() if MARK in mesh else None, _mark(mesh)
+    before, mark = mesh[LAYERS_MARK].to_dict() if LAYERS_MARK in mesh else None, _mark(mesh)
     kept, meanings = (
         {name: value for name, value in mark[part].items() if name in mesh.attributes} for part in ("layers", "light")
     )
     sums = {name: _checksum(mesh.attributes[name]) for name in light}
     meanings |= {name: PLAIN_LIGHT | meaning for name, meaning in light.items()}
-    mesh[MARK] = {"paint": paint, "layers": kept | sums, "light": meanings}
+    mesh[LAYERS_MARK] = {"paint": paint, "layers": kept | sums, "light": meanings}
     return before
 
 
@@ -129,7 +129,7 @@ def groups_of(mesh: bpy.types.Mesh, name: str) -> dict[str, dict]:
 
 def note_mixture(mesh: bpy.types.Mesh, name: str, groups: dict[str, dict]) -> None:
     """Note that the layer of that ``name`` now holds this mixture of ``groups``."""
-    mark = mesh[MARK]
+    mark = mesh[LAYERS_MARK]
     mark["layers"][name], mark["light"][name]["groups"] = _checksum(mesh.attributes[name]), groups
 
 
@@ -148,12 +148,12 @@ def remove_layer(mesh: bpy.types.Mesh, name: str) -> None:
     """Remove the layer of that name from the mesh and its mark."""
     mesh.attributes.remove(mesh.attributes[name])
     mark = _mark(mesh)
-    mesh[MARK] = mark | {
+    mesh[LAYERS_MARK] = mark | {
         part: {other: value for other, value in mark[part].items() if other != name} for part in ("layers", "light")
     }
 
 
-def put_mark(owner: bpy.types.ID, mark: dict | str | None, name: str = MARK) -> None:
+def put_mark(owner: bpy.types.ID, mark: dict | str | None, name: str = LAYERS_MARK) -> None:
     """Let the custom property of that ``name`` be ``mark``, such as :func:`leave_mark` returns; None for none."""
     if mark is not None:
         owner[name] = mark
@@ -167,14 +167,14 @@ def _noted(mesh: bpy.types.Mesh, name: str, what: str):
     A slider asks this of all meshes, so the rest of their marks is not looked at.
     """
     try:
-        return mesh[MARK]["light"][name][what] if name in mesh.attributes else None
+        return mesh[LAYERS_MARK]["light"][name][what] if name in mesh.attributes else None
     except (KeyError, TypeError, AttributeError):
         return None
 
 
 def _mark(mesh: bpy.types.Mesh) -> dict:
     """The mark of a mesh, an empty one where there is none or something else has its name."""
-    found = mesh.get(MARK)
+    found = mesh.get(LAYERS_MARK)
     found = found.to_dict() if hasattr(found, "to_dict") else {}
     parts = {part: found.get(part) for part in ("layers", "light")}
     return {

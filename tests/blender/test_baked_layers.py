@@ -10,7 +10,7 @@ from detp.core.stages import finished  # noqa: E402
 from detp.detp_addon.command.command import main  # noqa: E402
 from detp.detp_addon.job import bake_scene  # noqa: E402
 from detp.detp_addon.request import BakeRequest  # noqa: E402
-from detp.detp_addon.writing.baked_layers import MARK, colour_layers  # noqa: E402
+from detp.detp_addon.writing.baked_layers import LAYERS_MARK, colour_layers  # noqa: E402
 from made_scenes import fresh, linked, material, mesh, node, quad, read, world  # noqa: E402
 from small_scenes import colours, opened, saved  # noqa: E402
 
@@ -111,7 +111,7 @@ def test_bakes_of_earlier_versions_are_no_paint(walls):
     for obj in walls:
         paint(obj, "irradiance", "FLOAT_COLOR", (3, 3, 3))
         paint(obj, "night", "FLOAT_COLOR", (2, 2, 2))
-        assert MARK not in obj.data
+        assert LAYERS_MARK not in obj.data
     result = read()
     assert any("'night'" in warning or "night" in warning for warning in result.warnings)
     report = bake("night")
@@ -166,7 +166,7 @@ def test_a_failed_write_leaves_no_mark(walls, monkeypatch):
     monkeypatch.setattr(write_attributes, "leave_mark", fail_on_the_second)
     with pytest.raises(OutOfMemoryError):
         bake("day")
-    assert all(MARK not in obj.data and "day" not in obj.data.attributes for obj in walls)
+    assert all(LAYERS_MARK not in obj.data and "day" not in obj.data.attributes for obj in walls)
 
 
 def test_the_command_bakes_day_then_night_and_leaves_active_layers_alone(tmp_path):

@@ -138,7 +138,7 @@ def test_a_pipe_in_its_place_is_not_waited_for(tmp_path):
 
 def test_where_it_belongs_to_another_file_all_light_is_baked_and_that_is_said(reopened):
     reopened()
-    bpy.context.scene[kept_file.MARK] = "another"
+    bpy.context.scene[kept_file.KEPT_MARK] = "another"
     bpy.context.scene.detp.quality = "DRAFT"
     report = update()
     assert not report.updated

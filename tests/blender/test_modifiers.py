@@ -6,7 +6,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from detp.detp_addon.command.command import main  # noqa: E402
-from detp.detp_addon.writing.baked_layers import MARK  # noqa: E402
+from detp.detp_addon.writing.baked_layers import LAYERS_MARK  # noqa: E402
 from detp.detp_addon.writing.modifiers import KEEPS_FACES, REPEATS, apply_modifiers  # noqa: E402
 from made_scenes import diffuse, fresh, lamp, linked, map_to_unit_square, quad, read, world  # noqa: E402
 from small_scenes import colours, opened, saved  # noqa: E402
@@ -108,7 +108,7 @@ def test_the_render_shows_the_same_before_and_after(scene):
     tile.material_slots[0].link = "OBJECT"
     tile.material_slots[0].material = diffuse((0, 1, 0))
     tile.vertex_groups.new(name="group").add([0, 1], 1.0, "REPLACE")
-    tile.data[MARK] = {"paint": "", "layers": {"day": 1}}
+    tile.data[LAYERS_MARK] = {"paint": "", "layers": {"day": 1}}
     tile.data.color_attributes.new("Col", "BYTE_COLOR", "CORNER")
     other = linked("other", tile.data, (0, 5, 0))
     divided = add(tile, "SUBSURF", levels=0, render_levels=2)
@@ -123,7 +123,7 @@ def test_the_render_shows_the_same_before_and_after(scene):
     assert [modifier.type for modifier in tile.modifiers] == ["SIMPLE_DEFORM"] and tile.modifiers[0].show_render
     assert divided is not None and len(tile.data.polygons) == 48 and len(other.data.polygons) == 1
     assert tile.data.uv_layers.active.name == "UVMap" and tile.vertex_groups.keys() == ["group"]
-    assert tile.data[MARK]["layers"].to_dict() == {"day": 1}
+    assert tile.data[LAYERS_MARK]["layers"].to_dict() == {"day": 1}
     assert tile.data.attributes.default_color_name == tile.data.attributes.active_color_name == "Col"
 
 

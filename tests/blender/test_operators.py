@@ -127,7 +127,7 @@ class TestSession:
     def test_runs_to_the_end(self):
         bake = session.begin(steps(10, REPORT))
         bake.run()
-        assert bake.outcome == session.Outcome(session.DONE, "Baked.", REPORT)
+        assert bake.outcome == session.Ending(session.DONE, "Baked.", REPORT)
         assert session.running() is None and session.latest() is bake
 
     def test_cancel_closes_the_job_and_further_steps_do_nothing(self):
@@ -143,7 +143,7 @@ class TestSession:
     def test_the_users_error_is_the_outcome(self):
         bake = session.begin(steps(1, NoLightError("No light.")))
         bake.run()
-        assert bake.outcome == session.Outcome(session.FAILED, "No light.")
+        assert bake.outcome == session.Ending(session.FAILED, "No light.")
 
     def test_a_removed_scene_cancels(self):
         bake = session.begin(steps(1, ReferenceError("StructRNA of type Scene has been removed")))

@@ -13,7 +13,7 @@ from small_scenes import cube, grid, lamp, saved
 TINY = Extent(
     q_points=300, q_lines=100, growth_points=(100, 200, 400), growth_lines=(50, 100, 200), spacings=(0.5, 2.0),
     scan_segments=1000, choice_segments=1500, crofton_lines=16_000, repeats=1,
-    quasi_static=quasi_static.Extent((0.02, 0.3), (0.1,), frames=2, points=300, segments=500),
+    quasi_static=quasi_static.FramesExtent((0.02, 0.3), (0.1,), frames=2, points=300, segments=500),
 )  # fmt: skip
 
 

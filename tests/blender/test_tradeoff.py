@@ -10,12 +10,12 @@ import pytest
 from detp.core.settings import BakeSettings
 from detp.detp_addon.command.command import main
 from detp.detp_addon.tradeoff import candidates
-from detp.detp_addon.tradeoff.candidates import Candidate
+from detp.detp_addon.tradeoff.candidates import MeasuredBake
 from small_scenes import cube, grid, lamp, opened, painted, saved
 
 FEW = (
-    Candidate("few", "quality", BakeSettings(photons=2000), preset=True),
-    Candidate("many", "disc-index", BakeSettings(photons=8000)),
+    MeasuredBake("few", "quality", BakeSettings(photons=2000), preset=True),
+    MeasuredBake("many", "disc-index", BakeSettings(photons=8000)),
 )
 
 

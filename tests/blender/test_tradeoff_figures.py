@@ -6,7 +6,7 @@ from detp.core.settings import BakeSettings
 from detp.detp_addon.command.command import _parser
 from detp.detp_addon.tradeoff.candidates import candidates
 from detp.detp_addon.tradeoff.cycles_bake import extrapolated_seconds
-from detp.detp_addon.tradeoff.face_copies import INWARD, Faces
+from detp.detp_addon.tradeoff.face_copies import INWARD, CopiedFaces
 from detp.detp_addon.tradeoff.light_errors import equal_error_seconds, figures, pareto_front
 
 
@@ -59,7 +59,7 @@ def test_the_time_of_objects_that_were_not_reached_follows_their_corners():
 
 def test_corners_are_drawn_into_their_faces_and_lifted():
     square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
-    faces = Faces.joined([Faces(square, np.tile([0.0, 0, 1], (4, 1)), np.array([4]))] * 2)
+    faces = CopiedFaces.joined([CopiedFaces(square, np.tile([0.0, 0, 1], (4, 1)), np.array([4]))] * 2)
     assert faces.face.tolist() == [0] * 4 + [1] * 4
     moved = faces.just_inside(radius=1.0)
     assert moved.corners[0, :2] == pytest.approx([INWARD / 2] * 2)

@@ -20,7 +20,7 @@ from detp.core.unit_costs import Machine
 TINY = Extent(
     q_points=400, q_lines=160, growth_points=(200, 400, 800), growth_lines=(50, 100, 200), spacings=(0.5, 4.0),
     scan_segments=1500, choice_segments=2000, crofton_lines=32_000, repeats=1,
-    quasi_static=quasi_static.Extent((0.02, 0.3), (0.1,), frames=3, points=500, segments=1000),
+    quasi_static=quasi_static.FramesExtent((0.02, 0.3), (0.1,), frames=3, points=500, segments=1000),
 )  # fmt: skip
 
 
@@ -124,7 +124,7 @@ def test_the_whole_study_in_miniature():
 
 
 def test_all_ways_find_the_same_in_frames_and_as_much_as_the_theory_says():
-    extent = quasi_static.Extent((0.05, 0.3), (0.1,), frames=4, points=2000, segments=4000)
+    extent = quasi_static.FramesExtent((0.05, 0.3), (0.1,), frames=4, points=2000, segments=4000)
     rows = quasi_static.scene_rows(quasi_static.uniform_scene(extent), extent)
     for size, discs_are in itertools.product(extent.sizes, ("all", "moving")):
         here = [row for row in rows if (row["r/R"], row["discs"]) == (size, discs_are)]

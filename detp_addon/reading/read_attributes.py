@@ -53,7 +53,7 @@ def corner_values(
     values = attribute_at_corners(mesh, name, corner_vertices)
     if values is None:
         if kind == "uv":
-            findings.warn("images without their UV map show the colour of their corner everywhere, as in renders, on {}",
+            findings.warn("images without their UV map show the colour of their corner all over, as in renders, on {}",
                           "mesh", f"{mesh.name}: {name}" if name else mesh.name)  # fmt: skip
         elif kind in NAMED:
             findings.warn("attributes that shaders ask for and meshes do not have count as black: {}", "name", name)

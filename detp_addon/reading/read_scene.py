@@ -15,6 +15,9 @@ from ...core.lights.light import Light
 from ...core.lights.world import UniformWorld
 from ...core.points import Points
 from ...core.scene import Scene
+from ...core.sides import any_side
+from ..wording import counted
+from .doubled_faces import share_alone
 from .face_places import PlacedFaces, drawn_anew, placed_faces
 from .findings import Findings
 from .joined_rows import batches, numbered, starts_of
@@ -219,12 +222,28 @@ def _scene(read: RenderedObjects, placed: PlacedTriangles, world: list[Light], f
     if unshaded is not None and world:
         sentence = "shadow rays to the world: what they pass otherwise than diffuse rays do, the world's light does not"
         findings.left_out(sentence)
+    emission = _counted_once(placed, emission, between, findings)
     spread = seen("spread", 0, diffuse, 0.0)
     specular, lights = specular_table(read.surfaces, optics.front, read.placements, placed), (*read.lights, *world)
     return Scene(
         placed.vertices, placed.triangles, albedo, emission, between, lights, specular, unshaded,
         spread if spread.any() else None,
     )  # fmt: skip
+
+
+def _counted_once(placed: PlacedTriangles, emission: np.ndarray, between: np.ndarray, findings: Findings) -> np.ndarray:
+    """The ``emission`` without that of opaque faces that lie on others which shine, to both sides alike."""
+    even = (emission[0] == emission[-1]).all(axis=-1) if emission.ndim == 3 else True
+    shining = np.flatnonzero(any_side(emission) & ~any_side(between) & even)
+    share = share_alone(placed.vertices[placed.triangles[shining]]) if len(shining) else np.ones(0)
+    doubled = int((share < 1.0).sum())
+    if not doubled:
+        return emission
+    findings.warn(f"{counted(doubled, 'triangle')} that shine where others do count once: look for doubled faces, or "
+                  f"objects")  # fmt: skip
+    emission = emission.copy()
+    emission[..., shining, :] *= share[:, None]
+    return emission
 
 
 def _name_patterns(read: RenderedObjects, placed: PlacedTriangles, findings: Findings) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import NoReturn
 
 import bpy
 import numpy as np
@@ -144,11 +145,8 @@ def read_scene(
     baked, points, shown = _targets(read, scene, domain, fit, kept)
     if targets is not None:
         _name_missing(wanted, {target.object_name for target in baked}, findings)
-    if len(points.centres) == 0 and read.editing:
-        names = ", ".join(f"'{name}'" for name in read.editing[:3])
-        raise EditModeError(f"All meshes to bake are open in Edit Mode ({names}): leave Edit Mode and bake again.")
     if len(points.centres) == 0:
-        raise NoMeshError("There is nothing to bake: choose mesh objects with faces that a render shows.")
+        _raise_no_mesh(read, wanted)
     note_reflections(context_scene, scene.albedo, findings)
     modelled, left_out, warnings = findings.sentences()
     return ExportedScene(
@@ -156,6 +154,19 @@ def read_scene(
         modelled, left_out, warnings, _origins(read, placed, scene),
         objects=len(read.placements), triangles=len(scene.triangles), lights=len(scene.lights) + _shining(read),
     )  # fmt: skip
+
+
+def _raise_no_mesh(read: RenderedObjects, wanted: set[bpy.types.Object] | None) -> NoReturn:
+    """Say why none of the ``wanted`` objects, None for all, can be baked."""
+    if read.editing:
+        names = ", ".join(f"'{name}'" for name in read.editing[:3])
+        raise EditModeError(f"All meshes to bake are open in Edit Mode ({names}): leave Edit Mode and bake again.")
+    scattered = [name for name in read.scattered if wanted is None or name in {obj.name for obj in wanted}]
+    if scattered:
+        names = ", ".join(f"'{name}'" for name in scattered[:3])
+        raise NoMeshError(f"There is nothing to bake but instances that geometry nodes make ({names}): add a Realize "
+                          f"Instances node, so that they have faces of their own.")  # fmt: skip
+    raise NoMeshError("There is nothing to bake: choose mesh objects with faces that a render shows.")
 
 
 def _origins(read: RenderedObjects, placed: PlacedTriangles, scene: Scene) -> LightOrigins:

@@ -40,4 +40,5 @@ def sided_rows(values, name: str, count: int) -> np.ndarray:
 
 def any_side(values: np.ndarray) -> np.ndarray:
     """Whether (T,) anything is other than zero in the ``values`` (T, C) or (2, T, C) of each triangle."""
-    return values.any(axis=-1).reshape(-1, values.shape[-2]).any(axis=0)
+    found = values.any(axis=-1)
+    return found if found.ndim == 1 else found.any(axis=0)

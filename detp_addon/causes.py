@@ -58,9 +58,13 @@ def why_dark(scene: bpy.types.Scene, corners: np.ndarray, photons: int) -> str:
     )
 
 
-def turned_away(names: list[str]) -> str:
-    """That the objects of those ``names`` are dark in front and lit from behind."""
-    which = _listed({"dark on the side that their faces point to, and lit from behind": names}, "object")
+def turned_away(whole: list[str], some: list[str]) -> str:
+    """That the objects ``whole``, and ``some`` faces of others, are dark in front and lit from behind; by names."""
+    found = {
+        "dark on the side that their faces point to, and lit from behind": whole,
+        "with some faces that are dark in front and lit from behind": some,
+    }
+    which = _listed({reason: names for reason, names in found.items() if names}, "object")
     return f"{which}: if that side is seen, turn their normals (Mesh > Normals > Recalculate Outside)."
 
 

@@ -15,8 +15,11 @@ from .reading.read_scene import BakeTarget
 from .values import BakedPoints
 from .wording import counted, percent
 
-#: objects that are dark all over, and points of each, whose backs are looked at; what counts as lit, of what is usual
+#: objects with dark faces, and points of each, whose backs are looked at; what counts as lit, of what is usual
 MOST_DARK, DARK_POINTS, LIT_BEHIND = 64, 16, 0.1
+
+#: shares of an object's points that count as some of its faces, and as all
+LEAST_DARK, ALL_OVER = 0.05, 0.95
 
 #: share of the emitted flux that the bounce limit may cut without a warning
 HARMLESS_CUT = 0.01
@@ -56,24 +59,28 @@ def doubts_of(
 
 
 def dark_in_front(targets: list[BakeTarget], scene: Scene, points: BakedPoints, result: BakeResult) -> list[str]:
-    """A sentence on the objects that are dark all over, but lit on the backs of their faces; none without any."""
+    """A sentence on the objects whose faces are dark, all or some, but lit on their backs; none without any."""
+    dark = unlit(result.irradiance)
+    if dark.all():
+        return []
     owners = np.full(max((target.point_rows.max(initial=-1) for target in targets), default=-1) + 2, -1)
     for number, target in enumerate(targets):
         owners[target.point_rows] = number
     owners = owners[:-1][points.shown]
-    order = np.argsort(owners, kind="stable")
-    starts = np.searchsorted(owners[order], np.arange(len(targets)))
-    dark, names, asked = unlit(result.irradiance), [], []
-    for target, own in zip(targets, np.split(order, starts)[1:], strict=True):
-        if len(own) and dark[own].all() and len(names) < MOST_DARK:
-            names.append(target.object_name)
-            asked.append(own[:: -(-len(own) // DARK_POINTS)])
-    if not names or dark.all():
+    # A face that lies against another has its light on that one's side.
+    rows = np.flatnonzero(dark & ~points.covered & (owners >= 0))
+    counts = np.bincount(owners[rows], minlength=len(targets))
+    shares = counts / np.maximum(np.bincount(owners[owners >= 0], minlength=len(targets)), 1)
+    darkest = np.argsort(-shares, kind="stable")[:MOST_DARK]
+    darkest = darkest[shares[darkest] >= LEAST_DARK]
+    if not len(darkest):
         return []
-    every = np.concatenate(asked)
-    asked_at = (part[every] for part in (points.centres, points.normals, points.facing, points.inward))
-    behind = lit_behind(scene, *asked_at)
-    usual = np.median(np.abs(result.irradiance[~dark]).sum(axis=1))
-    lit = [part.mean() > LIT_BEHIND * usual for part in np.split(behind, np.cumsum([len(own) for own in asked])[:-1])]
-    names = [name for name, is_lit in zip(names, lit, strict=True) if is_lit]
-    return [turned_away(names)] if names else []
+    groups = np.split(rows[np.argsort(owners[rows], kind="stable")], np.cumsum(counts)[:-1])
+    asked = [groups[number][:: -(-counts[number] // DARK_POINTS)] for number in darkest]
+    every, usual = np.concatenate(asked), np.median(np.abs(result.irradiance[~dark]).sum(axis=1))
+    places = (part[every] for part in (points.centres, points.normals, points.facing, points.inward))
+    lit = np.split(lit_behind(scene, *places) > LIT_BEHIND * usual, np.cumsum([len(own) for own in asked])[:-1])
+    share_lit = np.array([part.mean() for part in lit])
+    turned = darkest[shares[darkest] * share_lit >= LEAST_DARK]
+    all_over, names = shares[turned] >= ALL_OVER, np.array([targets[number].object_name for number in turned], object)
+    return [turned_away(list(names[all_over]), list(names[~all_over]))] if len(turned) else []

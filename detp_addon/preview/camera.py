@@ -14,6 +14,14 @@ _AROUND, _PLACES = 0.85, 1 / 3
 #: an object so many times as large as all others together is what they stand on, and not what is looked at
 _GROUND, _MARGIN = 20.0, 0.5
 
+#: the rest of the picture would be smaller than one part in so many
+_ASTRAY = 100.0
+
+#: from where to look at what is no room, how many looks along each side of its box tell what shows there, and by how
+#: much more of its front one has to show to be taken
+VIEWS = np.array([(-0.55, -0.75, 0.5), (0.55, -0.75, 0.5), (-0.55, 0.75, 0.5), (0.55, 0.75, 0.5)])
+_LOOKS, _CLEARLY = 5, 0.1
+
 
 def frame(
     camera: bpy.types.Object,
@@ -39,19 +47,48 @@ def frame(
         return
     corners = _looked_at(boxes)
     centre = (corners.min(axis=0) + corners.max(axis=0)) / 2
-    view = Vector((-0.55, -0.75, 0.5)).normalized()
-    _look_at(camera, np.array(view), np.zeros(3))
+    view = _open_side(scene, view_layer, corners)
+    _look_at(camera, view, np.zeros(3))
     # Back off along the view until all corners are inside the picture.
     turned = (corners - centre) @ np.array(camera.matrix_world.to_3x3())
     half = math.tan(camera.data.angle / 2)
     reach = np.maximum(np.abs(turned[:, 0]) / half, np.abs(turned[:, 1]) / (half / aspect))
     distance = 1.05 * float((reach + turned[:, 2]).max())
-    _look_at(camera, centre + distance * np.array(view), centre)
+    _look_at(camera, centre + distance * view, centre)
     camera.data.clip_start = min(camera.data.clip_start, 0.01 * distance)
 
 
+def _open_side(scene, view_layer, corners: np.ndarray) -> np.ndarray:
+    """The unit direction (3,) of VIEWS from which most of what is seen between ``corners`` (K, 3) shows its front.
+
+    The first, unless another is clearly better: sets are open to one side, and walls are seen through from behind.
+    """
+    views = VIEWS / np.linalg.norm(VIEWS, axis=1, keepdims=True)
+    if view_layer.depsgraph is None:
+        return views[0]
+    lower, size = corners.min(axis=0), np.ptp(corners, axis=0)
+    away = 2.0 * np.linalg.norm(size)
+    at = (np.arange(_LOOKS) + 0.5) / _LOOKS
+    places = lower + size * np.stack(np.meshgrid(at, at, at, indexing="ij"), axis=-1).reshape(-1, 3)
+    shares = []
+    for view in views:
+        hits = [scene.ray_cast(view_layer.depsgraph, Vector(place + away * view), Vector(-view)) for place in places]
+        fronts = [normal.dot(Vector(view)) > 0 for hit, _, normal, *_ in hits if hit]
+        shares.append(np.mean(fronts) if fronts else 0.0)
+    best = int(np.argmax(shares))
+    return views[best if shares[best] > shares[0] + _CLEARLY else 0]
+
+
 def _looked_at(boxes: np.ndarray) -> np.ndarray:
-    """Corners (K, 3) of what is worth looking at among objects' boxes (N, 8, 3): not the ground under small things."""
+    """Corners (K, 3) of what is worth looking at among objects' boxes (N, 8, 3).
+
+    Not what is so far astray that it would make specks of all others, and not the ground under small things.
+    """
+    middles = boxes.mean(axis=1)
+    away = np.linalg.norm(middles - np.median(middles, axis=0), axis=1)
+    near = boxes[away <= _ASTRAY * np.median(np.linalg.norm(np.ptp(boxes, axis=1), axis=1) + away)]
+    if len(near) and _span(near) * _ASTRAY < _span(boxes):
+        boxes = near
     while len(boxes) > 1:
         sizes = np.linalg.norm(np.ptp(boxes, axis=1), axis=1)
         rest = np.delete(boxes, sizes.argmax(), axis=0)
@@ -60,6 +97,10 @@ def _looked_at(boxes: np.ndarray) -> np.ndarray:
             break
         boxes = rest + _MARGIN * np.linalg.norm(span) * np.sign(rest - rest.mean(axis=(0, 1)))
     return boxes.reshape(-1, 3)
+
+
+def _span(boxes: np.ndarray) -> float:
+    return float(np.linalg.norm(np.ptp(boxes.reshape(-1, 3), axis=0)))
 
 
 def _look_at(camera: bpy.types.Object, eye, target) -> None:

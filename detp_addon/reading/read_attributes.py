@@ -52,7 +52,10 @@ def corner_values(
         return np.zeros((len(corner_vertices), 1 if kind == "factor" else 4), np.float32)
     values = attribute_at_corners(mesh, name, corner_vertices)
     if values is None:
-        if kind in NAMED:
+        if kind == "uv":
+            findings.warn("images without their UV map show the colour of their corner all over, as in renders, on {}",
+                          "mesh", f"{mesh.name}: {name}" if name else mesh.name)  # fmt: skip
+        elif kind in NAMED:
             findings.warn("attributes that shaders ask for and meshes do not have count as black: {}", "name", name)
         # Without a layer even alpha is none; an attribute's is whole whatever it is.
         values = np.zeros((len(corner_vertices), 4 if kind == "colour layer" else 1), np.float32)

@@ -57,6 +57,7 @@ class RenderedObjects:
     shines      (of each surface) whether it gives light
     placements  where they stand
     targets     the objects to bake; editing: the names of those that would be, were they not open in Edit Mode
+    scattered   the names of those that show instances which geometry nodes make, and may have no faces of their own
     lights      lamps, and lamps: (object, light group) of each by name, "" for no group
     radiance    (3,) of a world of one colour, None when ``world`` must be looked at
     """
@@ -67,6 +68,7 @@ class RenderedObjects:
     placements: list[Placement] = field(default_factory=list)
     targets: list[TargetPoints] = field(default_factory=list)
     editing: list[str] = field(default_factory=list)
+    scattered: list[str] = field(default_factory=list)
     lights: list[Light] = field(default_factory=list)
     lamps: list[tuple[str, str]] = field(default_factory=list)
     radiance: np.ndarray | None = None
@@ -195,6 +197,8 @@ def _add_mesh(read: RenderedObjects, instance, placement: Placement, wanted, fin
             findings.left_out("light of their own on instances of {}", "object", original.name)
         elif original.type != "MESH":
             findings.left_out("colours on {} that are not meshes but block and reflect light", "object", original.name)
+        elif original.name not in read.scattered:
+            read.scattered.append(original.name)
         return False
     if any(system.settings.type == "HAIR" and system.settings.render_type == "PATH" for system in obj.particle_systems):
         findings.left_out("hair of {}", "object", obj.name)
@@ -211,6 +215,11 @@ def _add_targets(read: RenderedObjects, targets: list[PlacedMesh], findings: Fin
     """Add the objects to bake, with the points of those that a render shows any face of."""
     for target, points in zip(targets, place_points(targets, read.surfaces), strict=True):
         original = target.object
+        if original.name in read.scattered:
+            findings.left_out("light on instances that geometry nodes make of {} (Realize Instances makes them faces)",
+                              "object", original.name)  # fmt: skip
+            if len(points.centres) == 0:
+                continue
         if len(points.centres) == 0:
             findings.warn("there is no light to bake on {}, of which a render shows no face", "object", original.name)
             continue

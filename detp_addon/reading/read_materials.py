@@ -169,6 +169,8 @@ class Materials:
             findings.modelled("light passing straight through {}", "material", name)
         if spread.any():
             findings.modelled("light spread by {} to the other side", "material", name)
+            findings.left_out("what shines through {} in their own colours, which show the light in front", "material",
+                              name)  # fmt: skip
         if mirror.any():
             findings.modelled("mirror reflection of {}", "material", name)
         if clear.any() or gloss.any():

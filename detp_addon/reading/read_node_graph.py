@@ -8,8 +8,8 @@ import bpy
 
 from ..materials.marked_nodes import before
 
-#: types of sockets whose values turn into each other; those that hold whole numbers
-_NUMERIC, _WHOLE = ("VALUE", "INT", "BOOLEAN", "RGBA", "VECTOR"), ("INT", "BOOLEAN")
+#: types of sockets whose values turn into each other
+_NUMERIC = ("VALUE", "INT", "BOOLEAN", "RGBA", "VECTOR")
 
 #: Blender itself resolves groups, reroutes and muted nodes since then, and Cycles did before, by other rules: values
 #: were converted at every socket, what had no link was zero, and coordinates set in a group's input were not taken.
@@ -78,7 +78,7 @@ def feed_of(socket, groups: tuple[bpy.types.Node, ...]) -> Feed:
     """
     asked, held, met, types, empty = socket, None, set(), [], False
     while True:
-        passed = () if _RESOLVED else tuple(reversed(types))
+        passed = _conversions(types, None)
         feed = Feed(socket, None, groups, passed, empty, _RESOLVED and socket != asked)
         # The last input on the way that has a value of its own.
         held = held if empty and _RESOLVED else feed
@@ -109,11 +109,18 @@ def feed_of(socket, groups: tuple[bpy.types.Node, ...]) -> Feed:
             socket = inside
             groups = (*groups, node)
         else:
-            if _RESOLVED and node.bl_idname == "ShaderNodeValue":
-                passed = tuple(kind for kind in reversed(types) if kind in _WHOLE)
-            return Feed(source, node, groups, passed, given=True)
-        if source.type in _NUMERIC:
+            return Feed(source, node, groups, _conversions(types, node), given=True)
+        if source.type in _NUMERIC and not (_RESOLVED and node.bl_idname == "NodeReroute"):
             types.append(source.type)
+
+
+def _conversions(types: list[str], node: bpy.types.Node | None) -> tuple[str, ...]:
+    """Of the ``types`` of sockets on the way to the output of a ``node``, last met first, those that convert its value.
+
+    First met first. Where Blender resolves groups, a set colour stays.
+    """
+    kept = _RESOLVED and node is not None and node.bl_idname == "ShaderNodeRGB"
+    return () if kept else tuple(reversed(types))
 
 
 def link_to(socket: bpy.types.NodeSocket) -> bpy.types.NodeLink | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import NoReturn
 
 import bpy
 import numpy as np
@@ -15,6 +16,9 @@ from ...core.lights.light import Light
 from ...core.lights.world import UniformWorld
 from ...core.points import Points
 from ...core.scene import Scene
+from ...core.sides import any_side
+from ..wording import counted
+from .doubled_faces import share_alone
 from .face_places import PlacedFaces, drawn_anew, placed_faces
 from .findings import Findings
 from .joined_rows import batches, numbered, starts_of
@@ -141,11 +145,8 @@ def read_scene(
     baked, points, shown = _targets(read, scene, domain, fit, kept)
     if targets is not None:
         _name_missing(wanted, {target.object_name for target in baked}, findings)
-    if len(points.centres) == 0 and read.editing:
-        names = ", ".join(f"'{name}'" for name in read.editing[:3])
-        raise EditModeError(f"All meshes to bake are open in Edit Mode ({names}): leave Edit Mode and bake again.")
     if len(points.centres) == 0:
-        raise NoMeshError("There is nothing to bake: choose mesh objects with faces that a render shows.")
+        _raise_no_mesh(read, wanted)
     note_reflections(context_scene, scene.albedo, findings)
     modelled, left_out, warnings = findings.sentences()
     return ExportedScene(
@@ -153,6 +154,19 @@ def read_scene(
         modelled, left_out, warnings, _origins(read, placed, scene),
         objects=len(read.placements), triangles=len(scene.triangles), lights=len(scene.lights) + _shining(read),
     )  # fmt: skip
+
+
+def _raise_no_mesh(read: RenderedObjects, wanted: set[bpy.types.Object] | None) -> NoReturn:
+    """Say why none of the ``wanted`` objects, None for all, can be baked."""
+    if read.editing:
+        names = ", ".join(f"'{name}'" for name in read.editing[:3])
+        raise EditModeError(f"All meshes to bake are open in Edit Mode ({names}): leave Edit Mode and bake again.")
+    scattered = [name for name in read.scattered if wanted is None or name in {obj.name for obj in wanted}]
+    if scattered:
+        names = ", ".join(f"'{name}'" for name in scattered[:3])
+        raise NoMeshError(f"There is nothing to bake but instances that geometry nodes make ({names}): add a Realize "
+                          f"Instances node, so that they have faces of their own.")  # fmt: skip
+    raise NoMeshError("There is nothing to bake: choose mesh objects with faces that a render shows.")
 
 
 def _origins(read: RenderedObjects, placed: PlacedTriangles, scene: Scene) -> LightOrigins:
@@ -219,12 +233,28 @@ def _scene(read: RenderedObjects, placed: PlacedTriangles, world: list[Light], f
     if unshaded is not None and world:
         sentence = "shadow rays to the world: what they pass otherwise than diffuse rays do, the world's light does not"
         findings.left_out(sentence)
+    emission = _counted_once(placed, emission, between, findings)
     spread = seen("spread", 0, diffuse, 0.0)
     specular, lights = specular_table(read.surfaces, optics.front, read.placements, placed), (*read.lights, *world)
     return Scene(
         placed.vertices, placed.triangles, albedo, emission, between, lights, specular, unshaded,
         spread if spread.any() else None,
     )  # fmt: skip
+
+
+def _counted_once(placed: PlacedTriangles, emission: np.ndarray, between: np.ndarray, findings: Findings) -> np.ndarray:
+    """The ``emission`` without that of opaque faces that lie on others which shine, to both sides alike."""
+    even = (emission[0] == emission[-1]).all(axis=-1) if emission.ndim == 3 else True
+    shining = np.flatnonzero(any_side(emission) & ~any_side(between) & even)
+    share = share_alone(placed.vertices[placed.triangles[shining]]) if len(shining) else np.ones(0)
+    doubled = int((share < 1.0).sum())
+    if not doubled:
+        return emission
+    findings.warn(f"{counted(doubled, 'triangle')} that shine where others do count once: look for doubled faces, or "
+                  f"objects")  # fmt: skip
+    emission = emission.copy()
+    emission[..., shining, :] *= share[:, None]
+    return emission
 
 
 def _name_patterns(read: RenderedObjects, placed: PlacedTriangles, findings: Findings) -> None:

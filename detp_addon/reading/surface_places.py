@@ -168,7 +168,8 @@ class Patches:
         if node.projection != "FLAT":
             self.unknown(f"image projection ({node.projection.lower()}), taken as the image's mean")
             coordinates = np.full_like(coordinates, np.nan)
-        rgba = texture.patches(coordinates[:, :2], _patch_edges(coordinates), node.extension)
+        blend = node.interpolation != "Closest"
+        rgba = texture.patches(coordinates[:, :2], _patch_edges(coordinates), node.extension, blend)
         colour, alpha = rgba[:, :3], rgba[:, 3:]
         if texture.associated:
             colour = np.divide(colour, alpha, out=colour.copy(), where=alpha > 0)

@@ -45,11 +45,12 @@ class TexturePyramid:
         """The mean colour and alpha (4,), associated as the levels are."""
         return self.levels[-1][0, 0].astype(np.float64)
 
-    def patches(self, centres: np.ndarray, edges: np.ndarray, extension: str) -> np.ndarray:
+    def patches(self, centres: np.ndarray, edges: np.ndarray, extension: str, blend: bool = True) -> np.ndarray:
         """Mean RGBA (m, 4) over the triangles around the coordinates ``centres`` (m, 2), with two ``edges`` (m, 2, 2).
 
         ``extension`` says what lies outside 0..1: REPEAT, MIRROR, EXTEND or CLIP (clear black). Coordinates that are
-        not finite give the mean of the whole image.
+        not finite give the mean of the whole image. ``blend`` says whether a triangle that is but a point takes its
+        part of the four texels around, as faces do that have no UV map.
         """
         result = np.empty((len(centres), 4))
         known = np.isfinite(centres).all(axis=1)
@@ -64,6 +65,9 @@ class TexturePyramid:
             for _, along, across in triangle_centres(rows) - 1.0 / 3.0:
                 total += self._texels(level, middle + along * first + across * second, extension)
             result[here] = total / rows**2
+        points = np.flatnonzero(known & ~edges.any(axis=(1, 2))) if blend else []
+        if len(points):
+            result[points] = self._blended(centres[points], extension)
         return result
 
     def _fineness(self, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -77,6 +81,18 @@ class TexturePyramid:
         levels = np.ceil(np.log2(np.maximum(np.sqrt(2.0 * area) / most, 1.0)))
         cuts = 2.0 ** np.ceil(np.log2(np.clip(wanted, 1.0, most)))
         return cuts.astype(np.int64), np.minimum(levels, len(self.levels) - 1).astype(np.int64)
+
+    def _blended(self, places: np.ndarray, extension: str) -> np.ndarray:
+        """RGBA (m, 4) between the four texels around each of the ``places`` (m, 2)."""
+        size = np.array(self.levels[0].shape[1::-1])
+        low = np.floor(places * size - 0.5)
+        share = places * size - 0.5 - low
+        total = np.zeros((len(places), 4))
+        for right in (0, 1):
+            for up in (0, 1):
+                weight = np.abs((1 - right, 1 - up) - share).prod(axis=1, keepdims=True)
+                total += weight * self._texels(0, (low + (right + 0.5, up + 0.5)) / size, extension)
+        return total
 
     def _texels(self, level: int, places: np.ndarray, extension: str) -> np.ndarray:
         """RGBA (m, 4) of the texels at ``places`` (m, 2)."""

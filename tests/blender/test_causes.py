@@ -147,8 +147,11 @@ def test_faces_that_point_away_from_all_light_are_named(tmp_path, capsys):
     cube("Inside out", (0, 0, 0.7), 1.0)
     bpy.context.object.data.flip_normals()
     cube("Hidden", (0, 0, 0.7), 0.3)
+    cube("Half", (1.2, 1.2, 0.5), 0.5)
+    bpy.context.object.data.polygons[5].flip()
     words = said(tmp_path, capsys, 0)
     assert "1 object dark on the side that their faces point to, and lit from behind (Inside out)" in words
+    assert "1 object with some faces that are dark in front and lit from behind (Half)" in words
 
 
 def test_usual_scenes_have_no_word_of_turned_faces(tmp_path, capsys):

@@ -5,6 +5,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
+from detp.core.errors import NoMeshError  # noqa: E402
 from detp.detp_addon.command.command import main  # noqa: E402
 from detp.detp_addon.writing.baked_layers import LAYERS_MARK  # noqa: E402
 from detp.detp_addon.writing.modifiers import KEEPS_FACES, REPEATS, apply_modifiers  # noqa: E402
@@ -158,3 +159,9 @@ def test_an_object_that_shows_instances_is_left_alone_and_named(scene):
     add(points, "NODES", node_group=tree)
     (note,) = applied(scene)
     assert "'points'" in note and "not applied" in note and len(points.modifiers) == 1
+    with pytest.raises(NoMeshError, match=r"instances that geometry nodes make .'points'.: add a Realize Instances"):
+        read()
+    quad("floor")
+    exported = read()
+    assert [target.object_name for target in exported.targets] == ["floor"] and not exported.warnings
+    assert any("instances that geometry nodes make of 1 object (points)" in words for words in exported.left_out)

@@ -1,5 +1,7 @@
 """Muted nodes, empty reroutes and sockets of other types on the way hand on what they do in this Blender's Cycles."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 
@@ -22,15 +24,21 @@ def rgb(tree):
     return made.outputs[0]
 
 
+def set_number(tree):
+    made = tree.nodes.new("ShaderNodeValue")
+    made.outputs[0].default_value = 1.7
+    return made.outputs[0]
+
+
 def muted(made, output=0):
     made.mute = True
     return made.outputs[output]
 
 
-def through(tree, kind, source):
-    """What ``source`` becomes through the input of a group, of that ``kind``; None links nothing there."""
+def through(tree, kind, source, result="NodeSocketColor"):
+    """What ``source`` becomes through the input of a group, of that ``kind``, and its output."""
     group = bpy.data.node_groups.new("group", "ShaderNodeTree")
-    group.interface.new_socket("Result", in_out="OUTPUT", socket_type="NodeSocketColor")
+    group.interface.new_socket("Result", in_out="OUTPUT", socket_type=result)
     group.interface.new_socket("Given", in_out="INPUT", socket_type=kind)
     group.links.new(group.nodes.new("NodeGroupInput").outputs[0], group.nodes.new("NodeGroupOutput").inputs[0])
     holder = tree.nodes.new("ShaderNodeGroup")
@@ -75,10 +83,37 @@ FEEDS = {
 }
 
 
-def test_what_is_muted_hands_on_what_it_does_in_cycles():
-    places = [(x, y, 0) for x in range(len(FEEDS) + 1) for y in (0, 1)]
-    strip = linked("strip", mesh(places, [(2 * k, 2 * k + 2, 2 * k + 3) for k in range(len(FEEDS))]))
-    for number, build in enumerate(FEEDS.values()):
+#: what gives a value that is no whole number
+SOURCES = {
+    "a set number": set_number,
+    "a number": lambda tree: node(tree, "ShaderNodeMath", Value=1.2, Value_001=0.5).outputs[0],
+    "a set colour": rgb,
+    "a colour": lambda tree: node(tree, "ShaderNodeGamma", Color=(1.2, 2.6, 3.9, 1)).outputs[0],
+    "a vector": lambda tree: node(tree, "ShaderNodeCombineXYZ", X=1.2, Y=2.6, Z=3.9).outputs[0],
+}
+SOCKETS = [f"NodeSocket{kind}" for kind in ("Float", "Int", "Color", "Vector")]
+
+
+def converted(tree, source, kinds):
+    """A number that comes from a ``source`` through sockets of groups of these ``kinds``."""
+    last = SOURCES[source](tree)
+    for kind in kinds:
+        last = through(tree, kind, last, kind).outputs[0]
+    return node(tree, "ShaderNodeMath", Value=last, Value_001=0.0).outputs[0]
+
+
+CHAINS = {
+    (source, *kinds): lambda tree, source=source, kinds=kinds: converted(tree, source, kinds)
+    for source in SOURCES
+    for kinds in product(SOCKETS, repeat=2)
+}
+
+
+@pytest.mark.parametrize("feeds", [FEEDS, CHAINS], ids=["nodes", "sockets"])
+def test_what_is_on_the_way_hands_on_what_it_does_in_cycles(feeds):
+    places = [(x, y, 0) for x in range(len(feeds) + 1) for y in (0, 1)]
+    strip = linked("strip", mesh(places, [(2 * k, 2 * k + 2, 2 * k + 3) for k in range(len(feeds))]))
+    for number, build in enumerate(feeds.values()):
 
         def glowing(tree, build=build):
             glow = node(tree, "ShaderNodeEmission", Color=(0, 0, 1, 1), Strength=1.0)
@@ -89,10 +124,10 @@ def test_what_is_muted_hands_on_what_it_does_in_cycles():
         strip.data.polygons[number].material_index = number
     found = read()
     assert not found.left_out and not found.warnings
-    ours = dict(zip(FEEDS, found.scene.emission, strict=True))
-    theirs = dict(zip(FEEDS, emitted(strip), strict=True))
+    ours = dict(zip(feeds, found.scene.emission, strict=True))
+    theirs = dict(zip(feeds, emitted(strip), strict=True))
     # Cycles bakes the corners, whose mean is that of a gradient and near that of steps.
-    assert {key for key in FEEDS if not np.allclose(ours[key], theirs[key], atol=5e-3)} == set()
+    assert {key for key in feeds if not np.allclose(ours[key], theirs[key], atol=5e-3)} == set()
 
 
 @pytest.mark.skipif(bpy.app.version >= (5, 0), reason="Blender does not mute outputs since 5.0")

@@ -144,6 +144,25 @@ def test_a_wide_ground_does_not_hide_what_stands_on_it(tmp_path):
     assert 0.005 < red.mean() < 0.5
 
 
+@pytest.mark.parametrize(("x", "y"), [(-2, 2), (2, -2)])
+def test_a_set_is_seen_from_its_open_side(tmp_path, x, y):
+    """Two walls of a corner, which show their fronts to its inside, and something on the floor between."""
+    plane("floor", 4.0, (0.1, 0.1, 0.1))
+    plane("wall", 4.0, (0.1, 0.1, 0.1), (x, 0, 2)).rotation_euler = (0, -math.copysign(math.pi / 2, x), 0)
+    plane("other", 4.0, (0.1, 0.1, 0.1), (0, y, 2)).rotation_euler = (math.copysign(math.pi / 2, y), 0, 0)
+    cube("thing", (1.0, 0.0, 0.0), (0.6 * x, 0.6 * y, 0.5), 1.0)
+    _, picture = drawn(tmp_path / "p.png")
+    red = (picture[..., 0] > 0.5) & (picture[..., 1] < 0.1)
+    assert 0.005 < red.mean() < 0.5
+
+
+def test_a_thing_far_astray_does_not_make_specks_of_the_rest(tmp_path):
+    for name, place in (("a", 0), ("b", 4), ("astray", 5000)):
+        cube(name, (1, 1, 1), (place, 0, 0))
+    _, picture = drawn(tmp_path / "p.png")
+    assert (picture.mean(axis=2) > 0.5).mean() > 0.02
+
+
 def test_cards_that_coincide_are_even(tmp_path):
     """Black and white at the same place: each pixel shows about as much of both as its neighbours."""
     for name, light in (("white", 1.0), ("black", 0.0)):

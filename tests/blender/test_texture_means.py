@@ -5,6 +5,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
+from beside_cycles import emitted  # noqa: E402
 from made_scenes import fresh, image, linked, material, mesh, node, read  # noqa: E402
 
 
@@ -116,3 +117,24 @@ def test_an_edge_across_a_triangle_splits_it_exactly():
     starts = 128 - shares * 100
     triangles = np.array([[(x, 10.0), (x + 100, 10.0), (x, 110.0)] for x in starts])
     assert np.allclose(read_means(grey, triangles), 1 - (1 - shares) ** 2, atol=0.005)
+
+
+@pytest.mark.parametrize("interpolation", ["Linear", "Closest"])
+@pytest.mark.parametrize("extension", ["REPEAT", "EXTEND"])
+@pytest.mark.parametrize("asked", ["", "Gone"])
+def test_without_their_uv_map_images_show_their_corner_as_in_cycles(interpolation, extension, asked):
+    pixels = np.ones((4, 4, 4))
+    pixels[..., :3] = np.random.default_rng(5).uniform(0.1, 0.9, (4, 4, 3))
+    picture = image(pixels, colour_space="Non-Color", is_float=True)
+    obj = linked("card", mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)], "bare"))
+    settings = {"image": picture, "interpolation": interpolation, "extension": extension}
+
+    def build(tree):
+        coordinates = {"Vector": node(tree, "ShaderNodeUVMap", {"uv_map": asked}).outputs[0]} if asked else {}
+        colours = node(tree, "ShaderNodeTexImage", settings, **coordinates)
+        return node(tree, "ShaderNodeEmission", Color=colours.outputs["Color"])
+
+    obj.data.materials.append(material(build))
+    exported = read()
+    assert any(("bare: Gone" if asked else "1 mesh (bare)") in warning for warning in exported.warnings)
+    assert np.allclose(exported.scene.emission[0], emitted(obj)[0], atol=2e-3)

@@ -1,0 +1,50 @@
+"""Shining faces that lie where another does, of doubled meshes and objects: of both a ray meets but one; NumPy only."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .surface_places import PATCHES
+from .triangle_geometry import cross, safe_unit
+
+#: positions are the same, and in one plane, within this share of the size of all; of the faces around an edge so many
+#: are compared
+_SAME, _MOST_AROUND = 1e-7, 16
+
+
+def share_alone(corners: np.ndarray) -> np.ndarray:
+    """Share (T,) of each of the triangles with ``corners`` (T, 3, 3) that lies on none of those before it.
+
+    Faces that coincide have edges in common, also where they are cut into triangles otherwise.
+    """
+    size = np.ptp(corners.reshape(-1, 3), axis=0).max(initial=0.0)
+    first, second = _pairs_around_edges(corners, _SAME * size)
+    normals = safe_unit(cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))[0]
+    heights = np.einsum("kci,ki->kc", corners[second] - corners[first][:, :1], normals[first])
+    flat = (np.abs(heights) <= _SAME * size).all(axis=1)
+    first, second = first[flat], second[flat]
+    places = np.einsum("pc,kci->kpi", PATCHES, corners[second])
+    within = np.ones(places.shape[:2], bool)
+    for k in range(3):
+        start = corners[first, k]
+        inward = safe_unit(cross(normals[first], corners[first, (k + 1) % 3] - start))[0]
+        within &= np.einsum("kpi,ki->kp", places - start[:, None], inward) >= -_SAME * size
+    covered = np.zeros((len(corners), len(PATCHES)), bool)
+    np.logical_or.at(covered, second, within)
+    return 1.0 - covered.mean(axis=1)
+
+
+def _pairs_around_edges(corners: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs (K,), (K,) of triangles, the earlier first, that have an edge in common, with positions to ``step``."""
+    places = np.rint(corners.reshape(-1, 3) / max(step, np.finfo(float).tiny)).astype(np.int64)
+    vertices = np.unique(places, axis=0, return_inverse=True)[1].reshape(-1, 3)
+    edges = np.sort(np.stack([vertices, np.roll(vertices, -1, axis=1)], axis=2), axis=2).reshape(-1, 2)
+    edge = np.unique(edges, axis=0, return_inverse=True)[1].ravel()
+    order = np.argsort(edge, kind="stable")
+    edge, triangle = edge[order], order // 3
+    pairs = [
+        np.stack([triangle[:-gap], triangle[gap:]])[:, edge[:-gap] == edge[gap:]]
+        for gap in range(1, min(_MOST_AROUND, len(edge)))
+    ]
+    first, second = np.unique(np.concatenate([np.zeros((2, 0), np.int64), *pairs], axis=1), axis=1)
+    return first, second

@@ -1,0 +1,66 @@
+"""Shining faces that lie where others do give their light once: of both a ray meets but one."""
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+from made_scenes import fresh, linked, material, mesh, node, read  # noqa: E402
+
+SQUARE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+FRONT, BACK = (0, 1, 2, 3), (3, 2, 1, 0)
+
+
+@pytest.fixture(autouse=True)
+def scene():
+    return fresh()
+
+
+def glow(build=None):
+    return material(build or (lambda tree: node(tree, "ShaderNodeEmission", Strength=2.0)))
+
+
+def panel(name, faces, vertices=SQUARE, location=(0, 0, 0), shines=None):
+    obj = linked(name, mesh(vertices, faces, name), location)
+    obj.data.materials.append(shines or glow())
+
+
+def shone():
+    """Radiance times area of all triangles, and what is said of doubled ones."""
+    exported = read()
+    corners = exported.scene.corners
+    areas = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    emission = exported.scene.emission
+    front = emission if emission.ndim == 2 else emission.mean(axis=0)
+    return areas @ front[:, 0], [warning for warning in exported.warnings if "count once" in warning]
+
+
+@pytest.mark.parametrize("faces", [[FRONT], [FRONT, BACK], [FRONT, FRONT, FRONT], [FRONT, (0, 1, 2)]])
+def test_faces_on_faces_shine_once(faces):
+    panel("panel", faces)
+    power, words = shone()
+    assert power == pytest.approx(2.0)
+    assert len(words) == (len(faces) > 1)
+
+
+def test_an_object_on_its_double_shines_once_far_from_the_origin():
+    for name in ("first", "second"):
+        panel(name, [FRONT], location=(70.1, -20.3, 1.7))
+    assert shone()[0] == pytest.approx(2.0)
+
+
+def test_neighbours_corners_and_panels_close_by_shine_on():
+    """A strip, something folded at its edge, and a panel a millimetre above."""
+    vertices = [*SQUARE, (2, 0, 0), (2, 1, 0), (0, 0, 1), (1, 0, 1)]
+    panel("strip", [FRONT, (1, 4, 5, 2), (0, 1, 7, 6)], vertices)
+    panel("above", [FRONT], location=(0, 0, 0.001))
+    assert shone() == (pytest.approx(8.0), [])
+
+
+def test_panes_that_let_light_through_shine_both():
+    def pane(tree):
+        shining, clear = tree.nodes.new("ShaderNodeEmission"), tree.nodes.new("ShaderNodeBsdfTransparent")
+        return node(tree, "ShaderNodeAddShader", Shader=shining.outputs[0], Shader_001=clear.outputs[0])
+
+    panel("panes", [FRONT, FRONT], shines=glow(pane))
+    assert shone() == (pytest.approx(2.0), [])

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-
 #: The smallest number that float32 holds with all its digits.
 _LEAST = np.finfo(np.float32).tiny
 

@@ -53,7 +53,8 @@ def forecast(points: int, settings: BakeSettings, factor: float = 1.0) -> Foreca
             late = factor * _seconds(points, settings, np.exp(middle)) > seconds
             low, high = (middle, high) if late else (low, middle)
         return Forecast(settings.seconds, float(np.exp(high)))
-    error = settings.target_error if settings.photons is None else error_for(settings.photons)
+    by_photons = settings.photons is not None and settings.sends_photons
+    error = error_for(settings.photons) if by_photons else settings.target_error
     return Forecast(factor * _seconds(points, settings, error), float(error))
 
 
@@ -61,7 +62,7 @@ def _seconds(points: int, settings: BakeSettings, error: float) -> float:
     seconds = POINT * points
     if settings.direct_by == "shadow-rays":
         seconds += RAY * RAYS * (0.1 / error) * points
-    if settings.indirect_by != "off" or settings.direct_by == "photons":
+    if settings.sends_photons:
         crossings = UNEVEN / (DEVIATION * error) ** 2
         gathers = settings.indirect_by == "gather" and settings.direct_by != "photons"
         photons = settings.photons or (GATHERED_PHOTONS if gathers else MORE_PHOTONS * photons_for(error))

@@ -11,13 +11,11 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
 from .parallel import ordered_map, slices
+from .short_pieces import TRIANGLES_AT_ONCE, short_pieces
 from .triangles import normals_and_areas
 
 #: Rays in one call to Embree: long enough to hide the call, short enough to share among threads.
 RAYS_PER_SLICE = 1 << 15
-
-#: Triangles that are worked on in one array when a caster is made.
-TRIANGLES_AT_ONCE = 1 << 17
 
 #: Share of a place's distance from the caster's centre by which origins are lifted off a surface there. Embree has
 #: coordinates from that centre in float32, exact to 2^-25 of their size, of origins as of what they meet.
@@ -26,15 +24,8 @@ ROUNDING = 2.0**-22
 #: The centre itself counts as so far away from it, a share of what is usual of the places that matter.
 NEAREST = 1 / 16
 
-#: Embree gets triangles in pieces no longer than this share of their distance from the centre, counted likewise: on
-#: which side of a triangle a place lies is only as exact as the triangle is small.
-LONGEST = 1.0
-
 #: Triangles that are drawn back are so by no more and no less than so many tolerances.
 MOST_BACK, LEAST_BACK = 32, 4
-
-#: How often triangles are halved at most, and how many pieces there may be beyond as many as there are triangles.
-MOST_HALVINGS, MOST_PIECES = 80, 1 << 20
 
 #: Nearly all places lie within so many times the usual distance, if they are one scene and no stray parts of another.
 MOST_OF_ALL = 4.0
@@ -85,7 +76,7 @@ class RayCaster:
         self._commit()
 
     def _commit(self) -> None:
-        pieces, owner = _pieces(self.corners, self.centre, NEAREST * self._usual)
+        pieces, owner = short_pieces(self.corners, self.centre, NEAREST * self._usual)
         # The last one stands for no piece.
         self._owner = np.append(owner, -1)
         if self._back is not None:
@@ -179,45 +170,6 @@ class RayCaster:
         local = origins - self.centre
         local *= self._scale
         return np.clip(local, -FAR, FAR, out=local).astype(np.float32)
-
-
-def _pieces(corners: np.ndarray, centre: np.ndarray, nearest: float) -> tuple[np.ndarray, np.ndarray]:
-    """Pieces (P, 3, 3) of the triangles ``corners`` (T, 3, 3) whose edges are short beside their distance from the
-    ``centre`` (3,), and the triangle (P,) of each. Distances count ``nearest`` metres more.
-
-    Edges that are too long are halved in both their triangles, so that there are no gaps.
-    """
-    pieces, owner, done = corners, np.arange(len(corners)), []
-    for _ in range(MOST_HALVINGS):
-        edges = np.concatenate([_long_edges(pieces[some], centre, nearest) for some in _parts(len(pieces))])
-        rows = np.flatnonzero(edges >= 0)
-        if len(rows) == 0 or 2 * len(rows) > MOST_PIECES:
-            break
-        kept = np.flatnonzero(edges < 0)
-        done.append((pieces[kept], owner[kept]))
-        edge = edges[rows]
-        a, b, c = (pieces[rows, (edge + step) % 3] for step in range(3))
-        middle = 0.5 * (a + b)
-        pieces = np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
-        owner = np.tile(owner[rows], 2)
-    if not done:
-        return pieces, owner
-    done.append((pieces, owner))
-    return tuple(map(np.concatenate, zip(*done, strict=True)))
-
-
-def _long_edges(pieces: np.ndarray, centre: np.ndarray, nearest: float) -> np.ndarray:
-    """The longest (P,) of the edges of each of ``pieces`` (P, 3, 3) that are too long, -1 where none is."""
-    following = np.roll(pieces, -1, axis=1)
-    lengths = np.linalg.norm(following - pieces, axis=2)
-    beside = np.maximum(np.minimum(pieces, following) - centre, centre - np.maximum(pieces, following))
-    long = lengths > LONGEST * (np.maximum(beside, 0.0).max(axis=2) + nearest)
-    return np.where(long.any(axis=1), np.where(long, lengths, 0.0).argmax(axis=1), -1)
-
-
-def _parts(count: int) -> list[slice]:
-    """Slices of so many triangles as are worked on in one array, one at least."""
-    return slices(count, TRIANGLES_AT_ONCE) or [slice(0, 0)]
 
 
 def _distances(places: np.ndarray, centre: np.ndarray) -> np.ndarray:

@@ -105,8 +105,12 @@ class BakeSettings:
 
     @property
     def aimed_noise(self) -> float | None:
-        """The error by noise at which the bake ends; None when time or photons alone end it."""
-        if self.error is None and (self.photons is not None or self.seconds is not None):
+        """The error by noise at which the bake ends; None when time or photons alone end it.
+
+        A number of photons ends no bake that sends none.
+        """
+        photons_end_it = self.photons is not None and self.sends_photons
+        if self.error is None and (photons_end_it or self.seconds is not None):
             return None
         return NOISE_SHARE * self.target_error
 
@@ -128,6 +132,11 @@ class BakeSettings:
         if self.error is not None:
             return ERROR_PATIENCE * photons_for(self.error)
         return QUALITY_PATIENCE * photons_for(self.target_error) if self.seconds is None else None
+
+    @property
+    def sends_photons(self) -> bool:
+        """Whether photons find any of the light."""
+        return self.direct_by == "photons" or (self.indirect_by != "off" and self.bounces > 0)
 
     @property
     def direct_by(self) -> str:

@@ -61,7 +61,9 @@ def parse() -> argparse.Namespace:
     parser.add_argument("--seed", type=int, default=0, help="of the first one (default: %(default)s)")
     parser.add_argument("--only", type=int, metavar="SEED", help="this one alone, with what it said")
     parser.add_argument("--keep", type=Path, metavar="FILE.blend", help="save the scene of --only instead of baking it")
-    parser.add_argument("--limit", type=float, default=60.0, help="seconds for one scene (default: %(default)s)")
+    parser.add_argument(
+        "--limit", type=float, default=60.0, help="seconds of a processor for a scene (default: %(default)s)"
+    )
     parser.add_argument("--log", type=Path, metavar="FILE.jsonl", help="append every outcome there")
     arguments = parser.parse_args()
     if arguments.keep and arguments.only is None:

@@ -60,14 +60,15 @@ def table(trials: Trials, options) -> str:
     """The page docs/reliability.md."""
     lines = [
         "# Reliability", "",
-        f"Made by `python tools/try_reliability.py --interrupts {options.interrupts} --disks {options.disks} --seed "
-        f"{options.seed}` on {platform.system()}, {os.cpu_count()} cores.", "",
-        "Each row counts bakes of a box on a floor with a report and, now and then, a preview, over older files, or "
-        "a hostile file. A fault is: another exit status than 128 + the signal, more than 2 s to end after a signal, a "
-        "file that is neither whole and new nor what it was, a message that does not name the cause, anything left "
-        "behind (after SIGKILL: by the run after it), a control character on a terminal, or a hang. A signal that "
-        "comes before the program's first line ends Python as it ends any of its programs, by the signal or with a "
-        "traceback.", "",
+        f"Made by `python tools/try_reliability.py --interrupts {options.interrupts} --disks {options.disks} --scenes "
+        f"{options.scenes} --seed {options.seed}` on {platform.system()}, {os.cpu_count()} cores.", "",
+        "Each row counts bakes of a box on a floor with a report and, now and then, a preview, over older files, a "
+        "hostile file, one of the numerical extremes ([extremes.md](extremes.md) has them with more photons), or "
+        "random broken scenes ([fuzzing.md](fuzzing.md)). A fault is: another exit status than 128 + the signal, more "
+        "than 2 s to end after a signal, a file that is neither whole and new nor what it was, a message that does not "
+        "name the cause, anything left behind (after SIGKILL: by the run after it), a control character on a terminal, "
+        "light that is not what is known, a traceback, or a hang. A signal that comes before the program's first line "
+        "ends Python as it ends any of its programs, by the signal or with a traceback.", "",
         "| what | trials | longest, s | faults |", "| --- | --- | --- | --- |",
     ]  # fmt: skip
     for kind, row in sorted(trials.rows.items()):

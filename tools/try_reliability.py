@@ -1,6 +1,6 @@
-"""Interrupts, kills, full disks, hostile files: what becomes of the user's files, as a table.
+"""Interrupts, kills, full disks, hostile files, extremes, broken scenes: what becomes of files and light, as a table.
 
-    python tools/try_reliability.py -o docs/reliability.md
+    python tools/try_reliability.py -o docs/reliability.md [--interrupts 200] [--disks 24] [--scenes 1000] [--seed 0]
 
 Full disks are small ones made in memory, which only an administrator may mount; others get a limit on file sizes.
 """
@@ -17,9 +17,11 @@ import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import chain
 from pathlib import Path
 
 import hostile_files
+import light_trials
 from reliability_trials import OUTPUTS, Trials, table
 
 PROGRAM = [sys.executable, "-c", "from detp.detp_addon.command.console import console; console()", "bake"]
@@ -138,6 +140,7 @@ def main() -> int:
     parser.add_argument("-o", "--output", type=Path, required=True)
     parser.add_argument("--interrupts", type=int, default=60)
     parser.add_argument("--disks", type=int, default=20)
+    parser.add_argument("--scenes", type=int, default=0, help="broken ones, from number 10 000 times the seed on")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
     for each in (signal.SIGINT, signal.SIGTERM):
@@ -161,8 +164,9 @@ def main() -> int:
             with tempfile.TemporaryDirectory() as folder:
                 share = 1.2 * (trial // 2) / max(1, options.disks // 2 - 1)
                 fill(trials, share, needs[trial % 2], sources[trial % 2], Path(folder))
-        for kind, seconds, faults in hostile_files.tried(PROGRAM, work):
-            trials.note(kind, seconds, faults)
+        broken = light_trials.broken_scenes(10_000 * options.seed, options.scenes)
+        for found in chain(hostile_files.tried(PROGRAM, work), light_trials.extremes(), broken):
+            trials.note(*found)
         options.output.write_text(table(trials, options), encoding="utf-8")
     return 1 if any(row["faults"] for row in trials.rows.values()) else 0
 

@@ -6,6 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+#: The smallest number that float32 holds with all its digits.
+_LEAST = np.finfo(np.float32).tiny
+
 
 class Neighbours:
     """Which of U values stand together in equations, given as ``pairs`` (Q, 2) of them, any of which may recur."""
@@ -50,7 +53,8 @@ class Matrix:
 
     def solved(self, right: np.ndarray, start: np.ndarray, steps: int) -> np.ndarray:
         """The values (U, d) for that ``right`` side (U, d), so many ``steps`` of conjugate gradients from ``start``."""
-        inverse = np.divide(1.0, self._own, out=np.zeros_like(self._own), where=self._own > 0)
+        # Of what is smaller the inverse is more than float32 holds: those values stay as they start.
+        inverse = np.divide(1.0, self._own, out=np.zeros_like(self._own), where=self._own >= _LEAST)
         unit = max(float(np.abs(right).max(initial=0.0)) / self._scale, float(np.abs(start).max(initial=0.0)), 1e-300)
         values = np.ascontiguousarray((start / unit).T, np.float32)
         # One after the other: of small light the product would be zero.

@@ -24,6 +24,9 @@ _EMPTY = np.uint64(0xFFFFFFFFFFFFFFFF)
 #: 2^64 over the golden ratio: products with it mix all bits before into the highest.
 _ODD = np.uint64(0x9E3779B97F4A7C15)
 
+#: Cells are counted so far; all beyond, where coordinates are coarser than cells by much, are in the last ones.
+_FARTHEST = 2.0**62
+
 #: Components of a unit normal smaller than this count as none: 26 directions that surfaces face.
 _SLANT = 0.38
 
@@ -60,9 +63,10 @@ class Cells:
         for axis in range(3):
             place = (places[:, axis] - self._corner[axis]) * scale
             cell = np.floor(place)
+            height += (place - cell - 0.5) * normals[:, axis]
+            np.clip(cell, -_FARTHEST, _FARTHEST, out=cell)
             number = (number ^ cell.astype(np.int64).view(np.uint64)) * _ODD
             number ^= number >> np.uint64(32)
-            height += (place - cell - 0.5) * normals[:, axis]
         sheet = (np.abs(height) * (1 << (_SHEET - 1))).astype(np.int64)
         sheet = np.minimum(sheet, (1 << (_SHEET - 1)) - 1) | ((height < 0).astype(np.int64) << (_SHEET - 1))
         number = (number ^ ((facings(normals) << _SHEET) | sheet).view(np.uint64)) * _ODD

@@ -3,6 +3,7 @@
 import pytest
 
 pytest.importorskip("bpy")
+pytest.importorskip("resource", reason="the watch needs signals and limits of Unix")
 
 from fuzz.chance import Chance
 from fuzz.watch import trials

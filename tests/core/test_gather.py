@@ -43,6 +43,14 @@ def test_sides_of_a_wall_and_sheets_behind_each_other_have_cells_of_their_own():
     assert len(np.unique(facings(np.array([(1.0, 0, 0), (0.99, 0.1, 0.1)])))) == 1
 
 
+def test_places_that_are_too_far_away_to_count_cells_share_the_last():
+    places = np.array([(0.1, 0.1, far) for far in (3.4e38, 1e37, -1e37)])
+    up = np.tile((0, 0, 1.0), (3, 1))
+    with np.errstate(all="raise"):
+        numbers = CELLS.numbers(places, up, np.zeros(3, np.int64))
+    assert numbers[0] == numbers[1] != numbers[2]
+
+
 def test_cells_that_a_wall_cuts_and_rays_that_are_too_short_are_not_looked_up():
     floor = [[(-1, -1, 0), (1, -1, 0), (1, 1, 0)], [(-1, -1, 0), (1, 1, 0), (-1, 1, 0)]]
     wall = [[(0.01, -1, 0), (0.01, 1, 0), (0.01, 1, 1)], [(0.01, -1, 0), (0.01, 1, 1), (0.01, -1, 1)]]

@@ -112,6 +112,13 @@ def test_qualities_trade_photons_for_error():
     assert "auto" in GATHERERS
 
 
+def test_a_number_of_photons_ends_no_bake_that_sends_none():
+    assert BakeSettings(photons=7).aimed_noise is None
+    assert BakeSettings(photons=7, indirect="off", direct="photons").aimed_noise is None
+    for without in ({"indirect": "off"}, {"bounces": 0}):
+        assert BakeSettings(photons=7, **without).aimed_noise == BakeSettings().aimed_noise > 0
+
+
 def test_segments_join_and_weigh():
     one = Segments(np.zeros((2, 3)), np.ones((2, 3)), np.full((2, 3), 4.0), np.zeros(2, np.uint16))
     both = Segments.joined([one.weighted(0.25), one])

@@ -177,3 +177,12 @@ def test_equations_of_light_as_small_as_may_be_have_a_solution(light, weight):
     matrix = Neighbours(np.array([(0, 1)]), 2).matrix(np.full(2, 2.0 * weight), np.array([-weight]))
     found = matrix.solved(np.full((2, 3), light * weight), np.zeros((2, 3)), 8)
     assert np.allclose(found, light, rtol=1e-5, atol=0.0)
+
+
+@pytest.mark.parametrize("little", [1e-30, 1e-39, 1e-44])
+def test_values_of_next_to_no_weight_beside_others_leave_those_right(little):
+    """Of two pairs of values that have nothing in common, one weighs less than float32 can tell of the other."""
+    weight, light = np.array([1.0, 1.0, little, little]), np.full(3, 3.0)
+    matrix = Neighbours(np.array([(0, 1), (2, 3)]), 4).matrix(2.0 * weight, -weight[::2])
+    found = matrix.solved(weight[:, None] * light, np.ones((4, 3)), 8)
+    assert np.isfinite(found).all() and np.allclose(found[:2], light, rtol=1e-5)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import faulthandler
 import json
 import os
+import resource
+import signal
 import subprocess
 import sys
 import tempfile
@@ -16,8 +18,8 @@ from pathlib import Path
 #: scenes after which a child makes room for a new one, since Blender keeps some memory of each
 SCENES_PER_CHILD = 100
 
-#: seconds beyond the limit after which a child that cannot even end itself is killed
-GRACE = 20.0
+#: times the limit, by the clock, after which a child that waits for ever is killed
+PATIENCE = 10.0
 
 _CHILD = "import sys; sys.path.insert(0, {folder!r}); from fuzz.watch import {run}; {run}({arguments})"
 
@@ -25,9 +27,9 @@ _CHILD = "import sys; sys.path.insert(0, {folder!r}); from fuzz.watch import {ru
 def trials(seeds: Sequence[int], limit: float) -> Iterator[dict]:
     """The outcome of each seed, in order, as dicts with the keys of trial.Outcome.
 
-    A child that crashes, or takes longer than ``limit`` seconds for one scene, gives the verdict "crashed" or "hung"
-    with the phase it was in and the Python stack there, and the next child goes on behind that seed. When Blender
-    does the same on that scene before or without the bake, the verdict is "blender".
+    A child that crashes, or takes more than ``limit`` seconds of processor time for one scene, gives the verdict
+    "crashed" or "hung" with the phase it was in and the Python stack there, and the next child goes on behind that
+    seed. When Blender does the same on that scene before or without the bake, the verdict is "blender".
     """
     left = list(seeds)
     while left:
@@ -51,7 +53,7 @@ def _from_child(seeds: list[int], limit: float) -> Iterator[dict]:
             )
         left, phase = list(seeds), "starting"
         while True:
-            killer = threading.Timer(limit + GRACE, process.kill)
+            killer = threading.Timer(PATIENCE * limit, process.kill)
             killer.start()
             line = process.stdout.readline()
             killer.cancel()
@@ -67,7 +69,7 @@ def _from_child(seeds: list[int], limit: float) -> Iterator[dict]:
         status = process.wait()
         if left:
             stack = _last_stack(log.read_text(encoding="utf-8", errors="replace"))
-            verdict = "hung" if stack.startswith("Timeout (") or status == -9 else "crashed"
+            verdict = "hung" if status in (-signal.SIGPROF, -signal.SIGKILL) else "crashed"
             yield {"seed": left[0], "verdict": verdict, "way": phase, "message": f"exit status {status}\n{stack}",
                    "noise": [], "seconds": {}}  # fmt: skip
 
@@ -79,7 +81,7 @@ def _command(run: str, *arguments) -> list[str]:
 
 def _last_stack(text: str) -> str:
     """What Python said last of where it was."""
-    starts = [text.rfind(words) for words in ("Fatal Python error", "Timeout (", "Traceback")]
+    starts = [text.rfind(words) for words in ("Fatal Python error", "Current thread", "Traceback")]
     return text[max(starts) if max(starts) >= 0 else -2000 :][:6000]
 
 
@@ -88,8 +90,12 @@ def _blender_fails_alone(seed: int, limit: float) -> bool:
 
     It may take a quarter of the time, since opening, baking and saving a file evaluate the scene several times.
     """
+    share = max(1, round(limit / 4))
     with tempfile.TemporaryDirectory() as folder, suppress(subprocess.TimeoutExpired):
-        looked = subprocess.run(_command("look", seed), capture_output=True, cwd=folder, timeout=limit / 4)
+        looked = subprocess.run(
+            _command("look", seed), capture_output=True, cwd=folder, timeout=PATIENCE * share,
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (share, share)),
+        )  # fmt: skip
         return looked.returncode != 0
     return True
 
@@ -125,14 +131,16 @@ def child(seeds: list[int], limit: float) -> None:
     os.dup2(2, 1)
     log = os.fdopen(os.dup(2), "w")  # stays open while the command silences the standard streams
     faulthandler.enable(log)
+    # Tells where it is, and then ends the process, as that signal does unless someone handles it.
+    faulthandler.register(signal.SIGPROF, log, chain=True)
     from fuzz.trial import try_seed
 
     def entered(phase: str) -> None:
         print(json.dumps({"phase": phase}), file=results)
 
     for seed in seeds:
-        faulthandler.dump_traceback_later(limit, exit=True, file=log)
+        signal.setitimer(signal.ITIMER_PROF, limit)
         print(try_seed(seed, entered).as_json(), file=results)
-        faulthandler.cancel_dump_traceback_later()
+        signal.setitimer(signal.ITIMER_PROF, 0)
     results.close()
     os._exit(0)  # Blender as a module may hang or crash at exit, after all is done

@@ -35,28 +35,28 @@ def baked_with(scene, points, normals, radius, photons=PHOTONS, **settings):
 def assert_unbiased(scene, points, normals, radius, expected, **settings):
     """The mean over all points agrees with the expectation: a t-test over bakes, and no outliers among their points.
 
-    Points of one bake share photons and records, so that only bakes are independent. Returns the last one.
+    Points of one bake share photons and records, so that only bakes are independent; channels are tried apart.
+    Returns the last one.
     """
     off, worst = [], 0.0
     for seed in range(BAKES):
         result = baked_with(scene, points, normals, radius, PHOTONS // BAKES, seed=seed, **settings)
         worst = max(worst, float(np.abs(z_scores(result, expected)).max()))
-        off.append((result.irradiance - expected).sum(axis=1).mean() / np.sum(np.broadcast_to(expected, 3)))
+        off.append((result.irradiance / expected - 1).mean(axis=0))
     # Of hundreds of points with dozens of crossings each, whose errors are skewed.
     assert worst < 6, f"a point is {worst:.1f} standard errors off"
     if worst > 1e-3:  # else exact but for rounding
-        doubt = max(abs(np.mean(off)) - LIFTED, 0.0) / (np.std(off, ddof=1) / np.sqrt(BAKES))
-        assert stats.t.sf(doubt, BAKES - 1) > 0.001, f"{np.mean(off):.3%} off"
+        mean, error = np.mean(off, axis=0), np.std(off, axis=0, ddof=1) / np.sqrt(BAKES)
+        doubt = np.maximum(np.abs(mean) - LIFTED, 0.0) / np.maximum(error, 1e-6)
+        assert (stats.t.sf(doubt, BAKES - 1) > 0.001).all(), f"{100 * mean} % off"
     return result
 
 
 @all_ways
-@pytest.mark.parametrize("albedo", [0.0, 0.8])
-def test_furnace_reads_one_in_the_middle_of_flat_faces(albedo, way):
+def test_a_black_furnace_shows_what_its_walls_emit(way):
     quads = box_quads((2, 2, 2))
-    scene = scene_of(quads, albedo, (1 - albedo) / np.pi)
     points, normals = face_points(quads)
-    assert_unbiased(scene, points, normals, 0.1, 1.0, **way)
+    assert_unbiased(scene_of(quads, 0.0, 1 / np.pi), points, normals, 0.1, 1.0, **way)
 
 
 @all_ways
@@ -163,12 +163,11 @@ def test_uniform_sky_beside_a_long_wall():
 
 
 @all_ways
-def test_colour_bleeds_by_the_product_of_albedo_and_light(way):
+def test_a_coloured_furnace_is_the_sum_over_all_bounces_in_each_channel(way):
     quads = box_quads((1, 1, 1))
-    scene = scene_of(quads, (0.9, 0.5, 0.0), (1.0, 0.5, 0.25))
+    albedo, emission = np.array((0.8, 0.5, 0.0)), np.array((1.0, 0.5, 0.25))
     points, normals = face_points(quads)
-    expected = np.pi * np.array((1.0, 0.5, 0.25)) / (1 - np.array((0.9, 0.5, 0.0)))
-    assert_unbiased(scene, points, normals, 0.06, expected, **way)
+    assert_unbiased(scene_of(quads, albedo, emission), points, normals, 0.06, np.pi * emission / (1 - albedo), **way)
 
 
 @all_ways
@@ -216,7 +215,7 @@ def test_the_number_of_threads_changes_nothing(monkeypatch, gatherer):
     points, normals = face_points(quads, 3)
     settings = BakeSettings(photons=70_000, radius=0.1, gatherer=gatherer)
     totals = []
-    for workers in (1, 2, 5):
+    for workers in (1, 5):
         monkeypatch.setattr(parallel, "worker_count", lambda workers=workers: workers)
         totals.append(baked(scene, Points(points, normals), settings).irradiance)
-    assert np.array_equal(totals[0], totals[1]) and np.array_equal(totals[0], totals[2])
+    assert np.array_equal(*totals)

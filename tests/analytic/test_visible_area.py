@@ -46,9 +46,9 @@ def corner_points(quads):
     return points, normals, inward
 
 
-def baked_with(scene, points, normals, inward, estimator="visible", photons=600_000):
+def baked_with(scene, points, normals, inward, estimator="visible", photons=600_000, radius=RADIUS):
     # All light by discs at the points themselves, which are what is tried here.
-    settings = BakeSettings(photons=photons, radius=RADIUS, estimator=estimator, direct="photons", indirect="photons")
+    settings = BakeSettings(photons=photons, radius=radius, estimator=estimator, direct="photons", indirect="photons")
     return baked(scene, Points(points, normals, inward), settings)
 
 
@@ -159,7 +159,7 @@ def test_a_rounded_convex_corner_sees_the_whole_sky():
     scene = scene_of(cube, lights=(UniformWorld((1.0, 1.0, 1.0)),))
     # The middles of the faces around a corner, which lead into the solid.
     inward = -outward / 3
-    result = baked_with(scene, corners, outward, inward, photons=2_000_000)
+    result = baked_with(scene, corners, outward, inward, photons=500_000, radius=2 * RADIUS)
     assert not result.hidden.any()
     assert np.abs(z_scores(result, np.pi)).max() < 4
     assert result.irradiance.mean() == pytest.approx(np.pi, rel=0.02)

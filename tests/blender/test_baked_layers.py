@@ -15,7 +15,7 @@ from made_scenes import fresh, linked, material, mesh, node, quad, read, world  
 from small_scenes import colours, opened, saved  # noqa: E402
 
 PAINT = np.array([0.8, 0.4, 0.2])
-QUICK = ["--photons", "4000", "--quiet"]
+QUICK = ["--error", "50%", "--quiet"]
 
 
 def painted_by(settings, kind="ShaderNodeVertexColor"):
@@ -47,7 +47,7 @@ def walls():
 def bake(attribute="irradiance", **options):
     from detp.core.settings import BakeSettings
 
-    request = BakeRequest(BakeSettings(photons=4000), attribute=attribute, **options)
+    request = BakeRequest(BakeSettings(error=0.5), attribute=attribute, **options)
     return finished(bake_scene(bpy.context.scene, bpy.context.view_layer, request))
 
 

@@ -18,7 +18,7 @@ from detp.detp_addon.files.leftovers import sweep
 from detp.detp_addon.preview import render_preview
 from small_scenes import box_on_floor, opened, saved
 
-QUICK = ["--photons", "5000", "--radius", "0.3", "--indirect", "off"]
+QUICK = ["--error", "50%", "--radius", "0.3", "--indirect", "off"]
 PROGRAM = [sys.executable, "-c", "from detp.detp_addon.command.console import console; console()", "bake"]
 
 #: what a file does to the process that bakes it, by its name: crash as Blender does, or never come to an end

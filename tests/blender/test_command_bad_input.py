@@ -6,7 +6,7 @@ import pytest
 from detp.detp_addon.command.command import main
 from small_scenes import colours, cube, grid, lamp, opened, painted, saved
 
-QUICK = ["--photons", "20000", "--radius", "0.3"]
+QUICK = ["--photons", "20000", "--error", "50%", "--radius", "0.3"]
 
 
 @pytest.fixture(autouse=True)

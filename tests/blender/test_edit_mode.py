@@ -23,7 +23,7 @@ from made_scenes import (  # noqa: E402
 )
 from small_scenes import colours, opened, saved  # noqa: E402
 
-QUICK = ["--photons", "2000", "--quiet"]
+QUICK = ["--photons", "2000", "--error", "50%", "--quiet"]
 
 
 @pytest.fixture(autouse=True)
@@ -114,7 +114,7 @@ def test_the_command_bakes_in_object_mode(tmp_path, capsys):
     lamp("SUN", energy=3.0, angle=0.0)
     edit(shade)
     path = saved(tmp_path / "scene.blend")
-    assert main(["bake", str(path), "--photons", "2000"]) == 0
+    assert main(["bake", str(path), *QUICK[:-1]]) == 0
     assert "saved in Edit Mode of 1 object (shade)" in capsys.readouterr().out
     opened(tmp_path / "scene_baked.blend")
     assert bpy.data.objects["shade"].mode == "OBJECT"

@@ -13,21 +13,23 @@ pytestmark = pytest.mark.skipif(os.name == "nt", reason="Windows sends a console
 
 #: says that its first line is reached: until then signals end Python as they end anything, in several ways
 BEGUN = "print(flush=True); from detp.detp_addon.command.console import console; console()"
+QUICK = ["--photons", "20000", "--error", "50%", "--radius", "0.3"]
+SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 #: a child of the tests starts with the signals as a terminal would give them
-FRESH = {"preexec_fn": lambda: [signal.signal(each, signal.SIG_DFL) for each in (signal.SIGINT, signal.SIGTERM)]}
+FRESH = {"preexec_fn": lambda: [signal.signal(each, signal.SIG_DFL) for each in SIGNALS]}
 
 
 @pytest.fixture
 def started(tmp_path):
-    """Starts a bake of a small scene over older outputs, as a process that has reached its first line; its temporary
-    files go to tmp_path / "tmp"."""
+    """Starts a bake of a small scene over older outputs, as a process that has reached its first line and ends with the
+    test at the latest; its temporary files go to tmp_path / "tmp"."""
     box_on_floor()
     (tmp_path / "tmp").mkdir()
     for name in ("out.blend", "r.json", "p.png"):
         (tmp_path / name).write_bytes(b"older")
-    outputs = ["-o", tmp_path / "out.blend", "--report", tmp_path / "r.json", "--preview", tmp_path / "p.png"]
+    outputs = ["-o", tmp_path / "out.blend", "--report", tmp_path / "r.json"]
     command = [sys.executable, "-c", BEGUN, "bake", saved(tmp_path / "scene.blend"), *outputs]
-    before = sorted(path.name for path in tmp_path.iterdir())
+    before, processes = sorted(path.name for path in tmp_path.iterdir()), []
 
     def start(*arguments, **options):
         environment = {**os.environ, "TMPDIR": str(tmp_path / "tmp")}
@@ -35,13 +37,16 @@ def started(tmp_path):
             [str(part) for part in (*command, *arguments)], env=environment, stdout=subprocess.PIPE, text=True,
             **{"stderr": subprocess.PIPE, **FRESH, **options},
         )  # fmt: skip
+        processes.append(process)
         process.stdout.readline()
         return process
 
     start.clean = lambda: (
         sorted(path.name for path in tmp_path.iterdir()) == before and not any((tmp_path / "tmp").iterdir())
     )
-    return start
+    yield start
+    for process in processes:
+        process.kill()
 
 
 def ended(process, number):
@@ -52,8 +57,10 @@ def ended(process, number):
     return process.returncode, said.strip(), time.monotonic() - begin < 2.0
 
 
-@pytest.mark.parametrize("moment", [0.0, 0.1, 0.3, 0.45, 0.6, 0.8, 1.1, 1.5])
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+# All signals take one way: each is tried, and each moment and each phase with one or two of them.
+@pytest.mark.parametrize(
+    "number, moment", [*zip(4 * SIGNALS[:2], [0.0, 0.1, 0.3, 0.45, 0.6, 0.8, 1.1, 1.5], strict=True)]
+)
 def test_a_signal_while_blender_is_loaded_is_not_swallowed(started, number, moment):
     process = started("--photons", 10**10)
     time.sleep(moment)
@@ -64,11 +71,12 @@ def test_a_signal_while_blender_is_loaded_is_not_swallowed(started, number, mome
     assert started.clean()
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-@pytest.mark.parametrize("phase", ["Reading", "Tracing", "Saved"])
+@pytest.mark.parametrize(
+    "number, phase",
+    [*zip([*SIGNALS, *SIGNALS[:2]], ["Reading", "Tracing", "Saved", "Saved", "Reading"], strict=False)],
+)
 def test_a_signal_in_each_phase_ends_the_bake(started, tmp_path, number, phase):
-    photons = 10**10 if phase == "Tracing" else 20000
-    process = started("--photons", photons, "--radius", 0.3)
+    process = started(*(("--photons", 10**10) if phase == "Tracing" else QUICK), "--preview", tmp_path / "p.png")
     for line in process.stdout:
         if phase in line:
             break
@@ -79,7 +87,7 @@ def test_a_signal_in_each_phase_ends_the_bake(started, tmp_path, number, phase):
 
 
 def test_a_signal_that_is_ignored_stays_so(started):
-    process = started("--photons", 20000, preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
+    process = started(*QUICK, preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
     process.stdout.readline()
     assert ended(process, signal.SIGHUP)[0] == 0
 
@@ -89,7 +97,7 @@ def test_left_overs_of_a_killed_bake_are_swept_by_the_next(started, tmp_path):
     process.stdout.readline()
     assert ended(process, signal.SIGKILL)[0] == -signal.SIGKILL
     assert any((tmp_path / "tmp").iterdir())
-    process = started("--photons", 20000)
+    process = started(*QUICK)
     assert (process.wait(60), started.clean()) == (0, True)
 
 

@@ -37,7 +37,7 @@ def scene(addon):
 
 
 def bake(**options):
-    options = {"photons": 4000, "fit": "VERTICES", "by_light": True, **options}
+    options = {"quality": "ERROR", "error": 50.0, "fit": "VERTICES", "by_light": True, **options}
     assert bpy.ops.detp.bake(**options) == {"FINISHED"}
 
 
@@ -103,7 +103,7 @@ class TestBake:
 
     def test_each_is_what_the_others_switched_off_leave(self, scene):
         error = 0.02
-        options = {"quality": "ERROR", "error": 100 * error, "photons": 0}
+        options = {"error": 100 * error}
         bake(**options)
         parts = {group: np.concatenate([layer(name, group) for name in ("Floor", "Box")]) for group in GROUPS}
         glow = bpy.data.materials["material"].node_tree.nodes["Emission"].inputs["Strength"]
@@ -188,7 +188,7 @@ class TestMix:
 def test_the_command_bakes_and_mixes(tmp_path, capsys, addon):
     with_groups()
     source, baked = saved(tmp_path / "scene.blend"), tmp_path / "baked.blend"
-    quick = ["--photons", "4000", "--fit", "vertices", "--quiet"]
+    quick = ["--error", "50%", "--fit", "vertices", "--quiet"]
     assert main(["bake", str(source), "-o", str(baked), "--by-light", *quick]) == 0
     assert main(["mix", str(baked), "--gain", "Key=2,Fill=1:0.5:0", "-o", str(baked)]) == 0
     assert "Key: 2\nFill: 1:0.5:0\nRest: 1\nSaved" in capsys.readouterr().out

@@ -19,7 +19,7 @@ from detp.detp_addon.request import BakeRequest
 from detp.detp_addon.writing.live_colours import LiveColours
 from small_scenes import box_on_floor, colours
 
-SETTINGS = BakeSettings(photons=300_000, radius=0.3)
+SETTINGS = BakeSettings(error=0.1, radius=0.3)
 
 
 @pytest.fixture(autouse=True)

@@ -12,7 +12,7 @@ from detp.detp_addon.writing.modifiers import KEEPS_FACES, REPEATS, apply_modifi
 from made_scenes import diffuse, fresh, lamp, linked, map_to_unit_square, quad, read, world  # noqa: E402
 from small_scenes import colours, opened, saved  # noqa: E402
 
-DIRECT = ["--photons", "2000", "--indirect", "off", "--quiet"]
+DIRECT = ["--error", "50%", "--indirect", "off", "--quiet"]
 
 
 @pytest.fixture(autouse=True)

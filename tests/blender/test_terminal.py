@@ -14,7 +14,7 @@ from detp.detp_addon.report import to_json
 from small_scenes import box_on_floor, saved
 
 PROGRAM = [sys.executable, "-c", "from detp.detp_addon.command.console import console; console()", "bake"]
-QUICK = ["--photons", "2000", "--radius", "0.3"]
+QUICK = ["--photons", "2000", "--error", "50%", "--radius", "0.3"]
 EVIL = "a\x1b]0;owned\x07\x1b[2J\r\nSaved it\x9b31m\u202e\u2028\udcff"
 
 

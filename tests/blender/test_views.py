@@ -12,7 +12,7 @@ from detp.detp_addon.preview import render_preview as preview
 from made_scenes import fresh, lamp, linked, quad, world
 from small_scenes import colours, opened, saved
 
-QUICK = ["--photons", "2000", "--indirect", "off", "--quiet"]
+QUICK = ["--error", "50%", "--indirect", "off", "--quiet"]
 
 
 @pytest.fixture(autouse=True)

@@ -1,5 +1,7 @@
 """Direct light by shadow rays: nets, the choice of lamps, shadows through clear surfaces, both ways to find it."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 from detp.core.bake import baked
@@ -145,13 +147,13 @@ def lit_room(kind):
 @pytest.mark.parametrize("kind", ["point", "soft point", "spot", "sun", "area", "world", "picture"])
 def test_shadow_rays_and_photons_find_the_same_light(kind):
     scene, points = lit_room(kind)
-    radius, around = 0.05, 12
+    radius, around = 0.1, 48
     # A disc's mean against the mean over points of the same disc.
     turns = 2 * np.pi * (np.arange(around) * 0.618034 % 1)
     reach = radius * np.sqrt((np.arange(around) + 0.5) / around)
     aside = np.c_[reach * np.cos(turns), reach * np.sin(turns), np.zeros(around)]
     normals = np.tile(UP, (len(points), 1))
-    settings = BakeSettings(photons=1 << 20, radius=radius, direct="photons", indirect="off", seed=6)
+    settings = BakeSettings(photons=1 << 19, radius=radius, direct="photons", indirect="off", seed=6)
     photons = baked(scene, Points(points, normals), settings)
     rays, error = direct(scene, (points[:, None] + aside).reshape(-1, 3), seed=6)
     rays, error = rays.reshape(-1, around).mean(axis=1), error.reshape(-1, around).mean(axis=1)
@@ -174,14 +176,13 @@ def test_direct_and_indirect_add_up_whichever_way_light_is_found():
 
     whole = found("shadow-rays", "gather")
     assert np.array_equal(whole.irradiance, whole.direct.value + whole.indirect.value)
-    for direct in ("shadow-rays", "photons", "none"):
-        for indirect in ("gather", "photons"):
-            other = found(direct, indirect)
-            assert_alike(whole.indirect, other.indirect)
-            if direct != "none":
-                assert_alike(whole.light, other.light)
-            else:
-                assert not other.direct.value.any()
+    for direct, indirect in list(product(("shadow-rays", "photons", "none"), ("gather", "photons")))[1:]:
+        other = found(direct, indirect)
+        assert_alike(whole.indirect, other.indirect)
+        if direct != "none":
+            assert_alike(whole.light, other.light)
+        else:
+            assert not other.direct.value.any()
     alone = found("shadow-rays", "off", error=0.002)
     assert alone.photons == 0
     assert_alike(whole.direct, alone.light)

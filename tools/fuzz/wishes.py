@@ -32,6 +32,7 @@ def settings_values(chance: Chance) -> dict:
         "direct": chance.one_of(None, "shadow-rays", "photons", "none"),
         "indirect": chance.one_of(None, *INDIRECT_LIGHT),
         "shadow_distance": chance.one_of(None, None, None, 0.1, 10.0, 1e-30, 1e30),
+        "error": 0.05,  # where no photons are needed, only this ends a bake soon
     }
     if values["direct"] == "none" and chance.likely(0.9):
         values["indirect"] = "gather"

@@ -73,6 +73,10 @@ BEYOND, TIMES, FEW = 0.3, 3.0, 0.01
 #: many. An error that was asked for gives up after PATIENCE times as many rays.
 MOST_OWN_ROUNDS, MOST_RAYS, PATIENCE, MORE_PHOTONS = 512, 150.0, 4.0, 4.0
 
+#: They are given up as well when all rays have become so many times as many, unless they are off by even more: by FAR
+#: times the error. Where the light is hard to find in much of a scene, the last of it is not worth more than all.
+MORE_RAYS, FAR = 1.5, 6.0
+
 #: A point's relative standard error counts as no more than this, so that dark corners do not take all the work.
 LARGEST_ERROR = 0.5
 
@@ -117,12 +121,12 @@ def look_in_every(settings: BakeSettings, standing: float, start: float) -> int:
     return 1 if PLACING * standing <= MOST_PLACING * _seconds_left(settings, start) else SPARSE
 
 
-def far_off(light: Irradiance, goal: float, rays: DirectLight | None) -> np.ndarray:
-    """Which points (N,) belong to neighbourhoods, as ``rays`` know them, in which too many are far off from the light
-    beyond the error ``goal``."""
+def far_off(light: Irradiance, goal: float, rays: DirectLight | None, times: float = TIMES) -> np.ndarray:
+    """Which points (N,) belong to neighbourhoods, as ``rays`` know them, in which too many are off from the light by
+    more than so many ``times`` the error ``goal``."""
     errors = light.seen_errors
     with np.errstate(divide="ignore"):
-        beyond = np.where(errors > 0, 1.0 - share_within(TIMES * goal / errors), 0.0)
+        beyond = np.where(errors > 0, 1.0 - share_within(times * goal / errors), 0.0)
     return (beyond if rays is None else rays.around_each(beyond)) > BEYOND
 
 
@@ -152,8 +156,9 @@ class Refinement:
         # What a step of rays and of photons saved of late, over what it was to save; and how many there were before.
         self._worth, self._before = [1.0, 1.0], (0, 0)
         self.missing: np.ndarray | None = None
-        # Rounds and photons when half of the points first were well.
-        self._well: tuple[int, int] | None = None
+        # Rounds, photons and rays when half of the points first were well; whether neighbourhoods are very far off.
+        self._well: tuple[int, int, int] | None = None
+        self._very_far = False
 
     def observe(self, by_rays: Irradiance, by_photons: Irradiance, light: Irradiance, error: float) -> None:
         """Look at what has been found: ``light`` is all, blur included, the others what more of each would mend.
@@ -171,7 +176,7 @@ class Refinement:
             if self._cells and self._rays.done < AIMED_AFTER:
                 self._over = max(self._over, light.high_error / (TIMES * goal))
             if self._over <= 1.0:
-                self._well = self._well or self._amounts
+                self._well = self._well or (*self._amounts, 0 if self._rays is None else self._rays.rays)
                 self._look_for_missing(light, goal)
                 weights = np.zeros(len(lit)) if self.missing is None else self.missing[lit].astype(float)
         parts = _mean_variance(by_rays, light, lit, weights), _mean_variance(by_photons, light, lit, weights)
@@ -184,6 +189,7 @@ class Refinement:
         self._over = 0.0
         if missing.mean() > FEW:
             self.missing = missing
+            self._very_far = far_off(light, goal, self._rays, FAR).mean() > FEW
             self._over = error_within(light.seen_errors[missing], 1.0 - BEYOND) / (TIMES * goal)
 
     def _learn(self, parts: tuple[float, float]) -> None:
@@ -283,7 +289,8 @@ class Refinement:
     def _most_rays(self, goal: float) -> float:
         """Rays after which neighbourhoods that are far off are given up."""
         patience = 1.0 if self._settings.error is None else PATIENCE
-        return patience * MOST_RAYS * (0.04 / goal) ** 2 * self._rays.points
+        most = patience * MOST_RAYS * (0.04 / goal) ** 2 * self._rays.points
+        return most if self._very_far else min(most, MORE_RAYS * self._well[2])
 
     def _more_photons(self) -> Step | None:
         if self._photons is None:

@@ -14,6 +14,7 @@ from detp.core.refinement import (
     DARK_AFTER,
     FIRST_PHOTONS,
     FIRST_ROUNDS,
+    MORE_RAYS,
     MOST_ROUNDS,
     Refinement,
     Step,
@@ -145,6 +146,17 @@ def test_points_that_are_sure_do_not_vouch_for_others():
     # One in a thousand changes nothing.
     few = Irradiance(light.value, np.where(np.arange(1000) == 999, 0.06, 0.0)[:, None] * np.ones(3))
     assert few.doubtful.all()
+
+
+@pytest.mark.parametrize(("error", "goes_on"), [(0.2, False), (0.6, True)])
+def test_where_light_is_hard_to_find_half_as_many_rays_again_are_enough_unless_it_is_far_off(error, goes_on):
+    errors = np.where(np.arange(POINTS) < 0.8 * POINTS, 0.01, error)
+    light, bake = Irradiance(np.ones((POINTS, 3)), errors[:, None] * np.ones(3)), Bake(BakeSettings(error=0.05))
+    refinement = Refinement(bake.settings, bake.direct, None, bake.stopwatch, bake.start)
+    for bake.direct.done, bake.direct.rays in ((16, 1000), (24, 1400), (32, 1600)):
+        refinement.observe(light, Irradiance.dark(POINTS), light, light.relative_error)
+        assert refinement.missing.sum() == 0.2 * POINTS
+        assert (refinement.next() is not None) == (goes_on or bake.direct.rays <= MORE_RAYS * 1000)
 
 
 def test_what_single_rays_light_later_does_not_keep_a_bake_from_ending():

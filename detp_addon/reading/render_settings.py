@@ -155,7 +155,8 @@ _HARMLESS_OF = {
         "cutoff_distance diffuse_factor specular_factor transmission_factor volume_factor show_cone "
         "use_custom_distance shadow_buffer_clip_start shadow_cascade_count shadow_cascade_exponent "
         "shadow_cascade_fade shadow_cascade_max_distance shadow_filter_radius shadow_jitter_overblur "
-        "shadow_maximum_resolution use_absolute_resolution use_shadow_jitter".split()
+        "shadow_maximum_resolution use_absolute_resolution use_shadow_jitter contact_shadow_bias "
+        "contact_shadow_distance contact_shadow_thickness use_contact_shadow shadow_buffer_bias shadow_color".split()
     ),
 }
 

@@ -18,6 +18,7 @@ from detp.detp_addon import found_light
 from detp.detp_addon.job import bake_scene
 from detp.detp_addon.request import BakeRequest
 from detp.detp_addon.writing import write_attributes
+from made_scenes import users
 from small_scenes import box_on_floor, colours, cube, grid
 
 SETTINGS = BakeSettings(photons=20000, radius=0.3)
@@ -42,16 +43,12 @@ def finished(generator):
 
 
 def contents():
-    """Names and users of all of Blender's data, and the layers and raw colours of the meshes.
-
-    Until Blender 4.3 objects have a user more after any scene was copied and removed, until the file is saved.
-    """
-    miscounted = "objects" if bpy.app.version < (4, 3) else ""
+    """Names and users of all of Blender's data, and the layers and raw colours of the meshes."""
     found = {}
     for name in dir(bpy.data):
         blocks = getattr(bpy.data, name)
         if type(blocks).__name__ == "bpy_prop_collection":
-            found[name] = sorted((block.name_full, name != miscounted and block.users) for block in blocks)
+            found[name] = sorted((block.name_full, users(block)) for block in blocks)
     for mesh in bpy.data.meshes:
         shown = (mesh.attributes.active_color_name, mesh.attributes.default_color_name)
         found[mesh.name] = [(layer.name, layer.data_type, layer.domain) for layer in mesh.attributes], shown

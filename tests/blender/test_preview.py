@@ -8,6 +8,7 @@ import pytest
 from detp.detp_addon.preview import render_preview as preview
 from detp.detp_addon.preview.render_preview import EXPOSED_TO, NEUTRAL, exposure_gain, render_preview
 from detp.detp_addon.writing.write_attributes import MeshColours, write_colours
+from made_scenes import users
 from PIL import Image
 
 
@@ -49,7 +50,7 @@ def srgb(linear):
 
 def contents():
     kinds = ("scenes", "objects", "meshes", "materials", "worlds", "cameras", "images", "node_groups")
-    return {kind: {(block.name, block.users) for block in getattr(bpy.data, kind)} for kind in kinds}
+    return {kind: {(block.name, users(block)) for block in getattr(bpy.data, kind)} for kind in kinds}
 
 
 def test_baked_colours_are_exposed_others_grey_and_darkness_black(tmp_path):

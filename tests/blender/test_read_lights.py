@@ -42,6 +42,7 @@ def test_soft_falloff_is_told():
     assert only_light().soft
 
 
+@pytest.mark.skipif("exposure" not in bpy.types.Light.bl_rna.properties, reason="came after Blender 4.2")
 @pytest.mark.parametrize("kind", ["POINT", "SPOT", "SUN", "AREA"])
 def test_flux_is_energy_exposure_colour_and_temperature(kind):
     made = lamp(kind, energy=10.0, color=(1.0, 0.5, 0.25), exposure=1.5, use_temperature=True, temperature=3000)

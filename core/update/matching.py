@@ -37,7 +37,7 @@ def _same_anywhere(before: np.ndarray, after: np.ndarray) -> np.ndarray:
     """As :func:`same_rows`, wherever the rows stand."""
     # Zeros of both signs are the same.
     before, after = (np.ascontiguousarray(rows + 0.0) for rows in (before, after))
-    kind = np.unique(np.concatenate([_mixed(before), _mixed(after)]), return_inverse=True)[1]
+    kind = np.unique(np.concatenate([mixed(before), mixed(after)]), return_inverse=True)[1]
     old, new = _numbered(kind[: len(before)]), _numbered(kind[len(before) :])
     order = np.argsort(old, kind="stable")
     place = np.minimum(np.searchsorted(old[order], new), len(order) - 1)
@@ -46,7 +46,7 @@ def _same_anywhere(before: np.ndarray, after: np.ndarray) -> np.ndarray:
     return np.where(same, found, -1)
 
 
-def _mixed(rows: np.ndarray) -> np.ndarray:
+def mixed(rows: np.ndarray) -> np.ndarray:
     """A number (N,) of all bits of each of the ``rows`` (N, C), by which unlike ones hardly ever agree."""
     mixed = np.zeros(len(rows), np.uint64)
     for column in rows.view(np.uint64).T:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...core.update.matching import mixed
 from .surface_places import PATCHES
 from .triangle_geometry import cross, safe_unit
 
@@ -37,14 +38,15 @@ def share_alone(corners: np.ndarray) -> np.ndarray:
 def _pairs_around_edges(corners: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
     """Pairs (K,), (K,) of triangles, the earlier first, that have an edge in common, with positions to ``step``."""
     places = np.rint(corners.reshape(-1, 3) / max(step, np.finfo(float).tiny)).astype(np.int64)
-    vertices = np.unique(places, axis=0, return_inverse=True)[1].reshape(-1, 3)
+    # Unlike places that happened to get one number would only be compared in vain.
+    vertices = np.unique(mixed(places), return_inverse=True)[1].reshape(-1, 3)
     edges = np.sort(np.stack([vertices, np.roll(vertices, -1, axis=1)], axis=2), axis=2).reshape(-1, 2)
-    edge = np.unique(edges, axis=0, return_inverse=True)[1].ravel()
-    order = np.argsort(edge, kind="stable")
-    edge, triangle = edge[order], order // 3
+    key = edges[:, 0] * len(places) + edges[:, 1]
+    order = np.argsort(key, kind="stable")
+    edge, triangle = key[order], order // 3
     pairs = [
         np.stack([triangle[:-gap], triangle[gap:]])[:, edge[:-gap] == edge[gap:]]
         for gap in range(1, min(_MOST_AROUND, len(edge)))
     ]
-    first, second = np.unique(np.concatenate([np.zeros((2, 0), np.int64), *pairs], axis=1), axis=1)
-    return first, second
+    first, second = np.concatenate([np.zeros((2, 0), np.int64), *pairs], axis=1)
+    return np.divmod(np.unique(first * len(corners) + second), max(len(corners), 1))

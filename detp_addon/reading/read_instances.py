@@ -68,7 +68,7 @@ class RenderedObjects:
     placements: list[Placement] = field(default_factory=list)
     targets: list[TargetPoints] = field(default_factory=list)
     editing: list[str] = field(default_factory=list)
-    scattered: list[str] = field(default_factory=list)
+    scattered: dict[str, None] = field(default_factory=dict)
     lights: list[Light] = field(default_factory=list)
     lamps: list[tuple[str, str]] = field(default_factory=list)
     radiance: np.ndarray | None = None
@@ -197,8 +197,8 @@ def _add_mesh(read: RenderedObjects, instance, placement: Placement, wanted, fin
             findings.left_out("light of their own on instances of {}", "object", original.name)
         elif original.type != "MESH":
             findings.left_out("colours on {} that are not meshes but block and reflect light", "object", original.name)
-        elif original.name not in read.scattered:
-            read.scattered.append(original.name)
+        else:
+            read.scattered[original.name] = None
         return False
     if any(system.settings.type == "HAIR" and system.settings.render_type == "PATH" for system in obj.particle_systems):
         findings.left_out("hair of {}", "object", obj.name)

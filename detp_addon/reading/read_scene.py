@@ -161,7 +161,8 @@ def _raise_no_mesh(read: RenderedObjects, wanted: set[bpy.types.Object] | None) 
     if read.editing:
         names = ", ".join(f"'{name}'" for name in read.editing[:3])
         raise EditModeError(f"All meshes to bake are open in Edit Mode ({names}): leave Edit Mode and bake again.")
-    scattered = [name for name in read.scattered if wanted is None or name in {obj.name for obj in wanted}]
+    chosen = None if wanted is None else {obj.name for obj in wanted}
+    scattered = [name for name in read.scattered if chosen is None or name in chosen]
     if scattered:
         names = ", ".join(f"'{name}'" for name in scattered[:3])
         raise NoMeshError(f"There is nothing to bake but instances that geometry nodes make ({names}): add a Realize "

@@ -20,8 +20,8 @@ from ..request import BakeRequest
 from ..steps import JobProgress
 from ..updates.kept_bake import KeptBake
 from ..writing.encoding import encoded, fitted_scale
-from ..writing.write_attributes import MeshColours, write_colours
-from .baked_frames import BakedFrames, Key
+from ..writing.write_attributes import write_colours
+from .baked_frames import BakedFrames, Key, first_layer
 from .frames import Frames
 from .moving import is_moving
 from .playback import key_name, remove_playback, tidy_playback, write_playback
@@ -138,7 +138,8 @@ class _Animation:
         request, baked = self._request, self._baked
         entries, moved = baked.entries(self._still)
         if request.encoding.exposure is None and baked.scale is None:
-            baked.scale = fitted_scale([rgb for entry in entries for rgb in moved.get(entry.object, [_first(entry)])])
+            frames = (moved.get(entry.object, [first_layer(entry)]) for entry in entries)
+            baked.scale = fitted_scale([rgb for each in frames for rgb in each])
         stored, brightness = encoded(entries, request.encoding, request.quantity, baked.scale)
         for rgb in moved.values():
             np.minimum(rgb * np.float32(brightness.scale), stored[0].light.get("limit", np.inf), out=rgb)
@@ -179,7 +180,3 @@ def _moving(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, request: Ba
     if not names:
         raise NoMeshError("No mesh to bake moves: mark those that do as moving, or bake all of them at each frame.")
     return names
-
-
-def _first(entry: MeshColours) -> np.ndarray:
-    return next(iter(entry.layers.values()))

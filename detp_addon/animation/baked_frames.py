@@ -41,7 +41,7 @@ class BakedFrames:
         for entry in colours:
             key = name_of(entry.object)
             before = self.colours.setdefault(key, [None] * self.count)
-            before.append(next(iter(entry.layers.values())).astype(np.float32))
+            before.append(first_layer(entry).astype(np.float32))
         for target in found.targets:
             self.rendered.setdefault((target.object_name, target.library), set()).add(target.rendered)
         self.count += 1
@@ -104,3 +104,8 @@ class BakedFrames:
         if not entries:
             raise NoMeshError("Every object was changed during the bake, so no colours were written: bake again.")
         return entries, moved
+
+
+def first_layer(entry: MeshColours) -> np.ndarray:
+    """The rgb (M, 3) of the first layer, the only one that an animation has."""
+    return next(iter(entry.layers.values()))

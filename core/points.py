@@ -12,6 +12,9 @@ from .errors import NoMeshError
 #: Components of normals that differ by less are the same.
 SAME = 1e-5
 
+#: Components of a unit normal smaller than this count as none: 26 directions that surfaces face.
+_SLANT = 0.38
+
 
 @dataclass(frozen=True)
 class Points:
@@ -47,3 +50,9 @@ class Points:
     def flat(self) -> bool:
         """Whether all are shaded by the normals of their faces."""
         return np.allclose(self.facing, self.normals, 0, SAME)
+
+
+def facings(normals: np.ndarray) -> np.ndarray:
+    """Number (K,), 0...26, of the direction that surfaces with unit ``normals`` (K, 3) face, to about 25 degrees."""
+    steps = (normals > _SLANT).astype(np.int64) - (normals < -_SLANT) + 1
+    return (steps[:, 0] * 3 + steps[:, 1]) * 3 + steps[:, 2]

@@ -57,7 +57,7 @@ MOST_ROUNDS = 512
 #: Photons of which none reached a point are enough to call the points dark.
 DARK_AFTER = 1 << 18
 
-#: Variance by rays over that by photons from which photons are of no use, once no more rays are cast.
+#: Variance by rays over that by photons from which photons are of no use, once no more rays are cast; and the reverse.
 SPENT = 4.0
 
 #: Variance by photons over that by rays from which rays are of no use; and when photons then save less than this share
@@ -68,10 +68,17 @@ STUCK, STALE = 20.0, 0.2
 #: points are off by more than so many times that error are worked on, until they hold few of all points.
 BEYOND, TIMES, FEW = 0.3, 3.0, 0.01
 
+#: So are those of whose points more than such a share are off by more than the error itself by what photons left at
+#: records: a whole wall has that in common, and no eye averages it out.
+ALIKE = 0.5
+
 #: Such neighbourhoods are given up after so many rounds of rays of their own, or rays for each of all points on average
-#: for an error of 4 % (their number grows as one over its square), or when the photons have become so many times as
-#: many. An error that was asked for gives up after PATIENCE times as many rays.
-MOST_OWN_ROUNDS, MOST_RAYS, PATIENCE, MORE_PHOTONS = 512, 150.0, 4.0, 4.0
+#: for an error of 4 % (their number grows as one over its square). An error that was asked for gives up after PATIENCE
+#: times as many rays.
+MOST_OWN_ROUNDS, MOST_RAYS, PATIENCE = 512, 150.0, 4.0
+
+#: And when the photons have become so many times as many, but not before so many for an error of 4 %.
+MORE_PHOTONS, PHOTONS_FOR_FEW = 4.0, 1 << 18
 
 #: They are given up as well when all rays have become so many times as many, unless they are off by even more: by FAR
 #: times the error. Where the light is hard to find in much of a scene, the last of it is not worth more than all.
@@ -121,13 +128,13 @@ def look_in_every(settings: BakeSettings, standing: float, start: float) -> int:
     return 1 if PLACING * standing <= MOST_PLACING * _seconds_left(settings, start) else SPARSE
 
 
-def far_off(light: Irradiance, goal: float, rays: DirectLight | None, times: float = TIMES) -> np.ndarray:
-    """Which points (N,) belong to neighbourhoods, as ``rays`` know them, in which too many are off from the light by
-    more than so many ``times`` the error ``goal``."""
+def far_off(light: Irradiance, error: float, rays: DirectLight | None, share: float = BEYOND) -> np.ndarray:
+    """Which points (N,) belong to neighbourhoods, as ``rays`` know them, in which more than that ``share`` are off from
+    the light by more than the ``error``."""
     errors = light.seen_errors
     with np.errstate(divide="ignore"):
-        beyond = np.where(errors > 0, 1.0 - share_within(times * goal / errors), 0.0)
-    return (beyond if rays is None else rays.around_each(beyond)) > BEYOND
+        beyond = np.where(errors > 0, 1.0 - share_within(error / errors), 0.0)
+    return (beyond if rays is None else rays.around_each(beyond)) > share
 
 
 class Refinement:
@@ -177,20 +184,25 @@ class Refinement:
                 self._over = max(self._over, light.high_error / (TIMES * goal))
             if self._over <= 1.0:
                 self._well = self._well or (*self._amounts, 0 if self._rays is None else self._rays.rays)
-                self._look_for_missing(light, goal)
+                self._look_for_missing(light, by_photons, goal)
                 weights = np.zeros(len(lit)) if self.missing is None else self.missing[lit].astype(float)
         parts = _mean_variance(by_rays, light, lit, weights), _mean_variance(by_photons, light, lit, weights)
         self._learn(parts)
         self._parts = parts
 
-    def _look_for_missing(self, light: Irradiance, goal: float) -> None:
+    def _look_for_missing(self, light: Irradiance, by_photons: Irradiance, goal: float) -> None:
         """Find the neighbourhoods in which too many points are far off, and by how much they are over their aim."""
-        missing = far_off(light, goal, self._rays)
-        self._over = 0.0
-        if missing.mean() > FEW:
-            self.missing = missing
-            self._very_far = far_off(light, goal, self._rays, FAR).mean() > FEW
-            self._over = error_within(light.seen_errors[missing], 1.0 - BEYOND) / (TIMES * goal)
+        self._over, self._very_far = 0.0, False
+        parts = [(light, TIMES * goal, BEYOND)]
+        if self._cells:
+            parts.append((Irradiance(light.value, by_photons.standard_error), goal, ALIKE))
+        for part, error, share in parts:
+            missing = far_off(part, error, self._rays, share)
+            if missing.mean() > FEW:
+                self.missing = missing if self.missing is None else self.missing | missing
+                self._over = max(self._over, error_within(part.seen_errors[missing], 1.0 - share) / error)
+        if self.missing is not None:
+            self._very_far = far_off(light, FAR * goal, self._rays).mean() > FEW
 
     def _learn(self, parts: tuple[float, float]) -> None:
         """See what the last step saved: the more photons there are, the smaller the discs they are used in."""
@@ -230,6 +242,8 @@ class Refinement:
             return self._in_time(rays) if self._gain(rays) > self._gain(Step(photons=1)) else None
         if rays is None and photons is not None and self._parts[0] > SPENT * self._parts[1]:
             return None  # the rays are used up, and more photons would not help
+        if self._cells and photons is None and self._parts[1] > SPENT * self._parts[0]:
+            return None  # the other way round
         step = max(filter(None, (rays, photons)), key=self._gain, default=None)
         if step is not None and step.photons and self._stale():
             return None  # records are off by where they lie, and more photons do not help
@@ -296,8 +310,10 @@ class Refinement:
         if self._photons is None:
             return None
         done, wanted = self._photons.particles, self._photons.particles
-        if self.missing is not None and done >= MORE_PHOTONS * self._well[1]:
-            return None
+        if self.missing is not None:
+            goal = self._settings.aimed_noise
+            if done >= max(MORE_PHOTONS * self._well[1], PHOTONS_FOR_FEW * (0.04 / goal) ** 2):
+                return None
         if np.isfinite(self._left):
             # Summing up takes time as well, so that short bakes should not take many steps.
             wanted = max(wanted, int(LEAST_OF_TIME * self._left / max(self._measured(Step(photons=1)), 1e-12)))

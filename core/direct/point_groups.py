@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..gatherers.balanced_tree import BalancedTree
+from ..points import facings
 
 #: Most points in a group; the least is about a quarter of that where there are so many points.
 LARGEST_GROUP = 128
@@ -30,10 +31,13 @@ class PointGroups:
 
     @classmethod
     def of(cls, points: np.ndarray, normals: np.ndarray) -> PointGroups:
-        """Halve ``points`` (N, 3) with unit ``normals`` (N, 3) across whatever they differ most in, N > 0."""
+        """Halve ``points`` (N, 3) with unit ``normals`` (N, 3) across whatever they differ most in, N > 0.
+
+        What faces another way is apart from the start: the few on a wall are none of the many on the ground.
+        """
         extent = float((points.max(axis=0) - points.min(axis=0)).max())
         places = np.concatenate([points, normals * (NORMAL_WEIGHT * extent)], axis=1)
-        tree = BalancedTree.over(places, np.zeros(len(points), np.int64), LARGEST_GROUP)
+        tree = BalancedTree.over(places, facings(normals), LARGEST_GROUP)
         leaves = tree.leaves
         start = np.append(tree.start[leaves], len(points))
         return cls(tree.order, np.repeat(np.arange(len(leaves)), np.diff(start)), start)

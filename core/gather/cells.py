@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..points import facings
+
 #: Sides of cells over the length of the ray that looks into them, at most.
 SHARE = 0.2
 
@@ -26,15 +28,6 @@ _ODD = np.uint64(0x9E3779B97F4A7C15)
 
 #: Cells are counted so far; all beyond, where coordinates are coarser than cells by much, are in the last ones.
 _FARTHEST = 2.0**62
-
-#: Components of a unit normal smaller than this count as none: 26 directions that surfaces face.
-_SLANT = 0.38
-
-
-def facings(normals: np.ndarray) -> np.ndarray:
-    """Number (K,), 0...26, of the direction that surfaces with unit ``normals`` (K, 3) face, to about 25 degrees."""
-    steps = (normals > _SLANT).astype(np.int64) - (normals < -_SLANT) + 1
-    return (steps[:, 0] * 3 + steps[:, 1]) * 3 + steps[:, 2]
 
 
 class Cells:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from ..cluster.crew import Crew
 
 #: Rounds of shadow rays from each record at first, and at most: their noise is averaged by the points that look there.
-RECORD_ROUNDS, MOST_RECORD_ROUNDS = 4, 256
+RECORD_ROUNDS, MOST_RECORD_ROUNDS = 4, 64
 
 
 class RecordLight:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from ..lights.emissive import EmissiveTriangles
 from ..lights.light import EMISSION_DIMENSIONS, Light, Particles, is_world
 from ..scene import Scene
 from ..sides import any_side
-from .distant_light import Beside, Through
+from .distant_light import Between, Shell, shells_of
 
 _BELOW_ONE = np.nextafter(1.0, 0.0)
 
@@ -32,9 +33,9 @@ def lights_of(scene: Scene) -> list[Light]:
 class Draws:
     """What decides on P particles before they leave their lights.
 
-    light     (P,) which light, ascending
+    light     (P,) which part of the lights, ascending
     uniforms  (P, EMISSION_DIMENSIONS) in [0, 1)
-    weight    (P,) the light's flux times this is what a particle stands for: 1 / (P times the light's share)
+    weight    (P,) the part's flux times this is what a particle stands for: 1 / (P times the part's share)
     """
 
     light: np.ndarray
@@ -45,23 +46,16 @@ class Draws:
 class Emission:
     """The lamps, the world and the emissive triangles of ``scene``; distant ones shoot at ``bounds``.
 
-    Attribute ``flux`` (3,): radiant flux in W of all together; ``near`` (J,): whether each light that shines is a lamp
-    or shining triangles, and not the world; ``shares`` (J,) of the particles, by power and, for a half where it is
-    known, by what is ``seen`` of each light (J,), see light_shares.py. What distant lights send through a
-    small ``box`` is apart from the rest, see distant_light.py. Raises NoLightError when nothing emits.
+    Attribute ``flux`` (3,): radiant flux in W of all together; ``near`` (P,): whether each part is of a lamp or of
+    shining triangles, and not of the world; ``shares`` (P,) of the particles, by power and, for a half where it is
+    known, by what is ``seen`` of each light (J,), see light_shares.py. Lights are one part each. But of distant ones,
+    what goes through a small ``box`` and through each shell around it is a part, and these share alike, see
+    distant_light.py. Raises NoLightError when nothing emits.
     """
 
     def __init__(self, scene: Scene, bounds: Bounds, seen: np.ndarray | None = None, box: Bounds | None = None):
         self._bounds = bounds
         lights = lights_of(scene)
-        near = np.array([not is_world(light) for light in lights], bool)
-        if box is not None:
-            far = [getattr(light, "distant", False) for light in lights]
-            beside = [Beside(light, box) for light, distant in zip(lights, far, strict=True) if distant]
-            lights = [Through(light, box) if distant else light for light, distant in zip(lights, far, strict=True)]
-            lights += beside
-            near = np.append(near, near[far])
-            seen = None if seen is None else np.append(seen, np.zeros(len(beside)))
         fluxes = np.array([light.flux(bounds) for light in lights]).reshape(-1, 3)
         power = np.abs(fluxes).sum(axis=1)
         shining = np.flatnonzero(power > 0)
@@ -70,16 +64,19 @@ class Emission:
                 "Nothing in the scene gives light: add a light, an emissive material or a world that is not black."
             )
         self.flux = fluxes[shining].sum(axis=0)
-        self._lights = [lights[i] for i in shining]
-        self.near = near[shining]
-        self.shares = power[shining] / power[shining].sum()
+        shares = power[shining] / power[shining].sum()
         if seen is not None and seen[shining].any():
-            self.shares = 0.5 * (self.shares + seen[shining] / seen[shining].sum())
+            shares = 0.5 * (shares + seen[shining] / seen[shining].sum())
+        parts = [_parts(lights[row], [] if box is None else shells_of(box, bounds)) for row in shining]
+        count = np.array([len(each) for each in parts])
+        self._lights = list(chain(*parts))
+        self.near = np.repeat([not is_world(lights[row]) for row in shining], count)
+        self.shares = np.repeat(shares / count, count)
 
     def draws(self, particles: int, generator: np.random.Generator) -> Draws:
-        """Choose ``particles`` by systematic sampling, so that each light's count is exact to one.
+        """Choose ``particles`` by systematic sampling, so that each part's count is exact to one.
 
-        Of each light the first of the uniform numbers is stratified and ascends: bright places gain, and tables are
+        Of each part the first of the uniform numbers is stratified and ascends: bright places gain, and tables are
         looked up in order.
         """
         sums, offset = np.cumsum(self.shares), generator.random()
@@ -93,7 +90,7 @@ class Emission:
     def emit(self, draws: Draws) -> Particles:
         """The particles of ``draws``, one a row; they carry the whole flux together.
 
-        Weighting by a light's expected instead of its actual count keeps lights that get no particle right on average.
+        Weighting by a part's expected instead of its actual count keeps those that get no particle right on average.
         """
         emitted = []
         ends = np.searchsorted(draws.light, np.arange(len(self._lights)), side="right")
@@ -104,3 +101,9 @@ class Emission:
                 sent = light.emit(draws.uniforms[rows], self._bounds)
                 emitted.append(replace(sent, flux=sent.flux * (count * draws.weight[rows, None])))
         return Particles.joined(emitted)
+
+
+def _parts(light: Light, shells: list[Shell]) -> list[Light]:
+    """What the ``light`` sends through each of the ``shells``, if there are any and it is a distant one."""
+    distant = bool(shells) and getattr(light, "distant", False)
+    return [Between(light, *shell) for shell in shells] if distant else [light]

@@ -25,7 +25,7 @@ from ..photons.photon_journal import PhotonJournal
 from ..points import Points
 from ..random_streams import random_stream
 from ..rays import RayCaster
-from ..refinement import FEW, far_off
+from ..refinement import FEW, TIMES, far_off
 from ..result import BakeResult, Progress
 from ..scene import Scene
 from ..settings import BakeSettings
@@ -283,7 +283,7 @@ class _Update:
             if goal is None or rays.done >= first.most_rounds:
                 return found
             # As the first bake did, it works on where light is hard to find.
-            missing = far_off(found[0] + found[1], goal, rays)
+            missing = far_off(found[0] + found[1], TIMES * goal, rays)
             if missing.sum() <= FEW * len(points):
                 return found
             yield from rays.rounds(rays.done, min(2 * rays.done, first.most_rounds), where=missing)

@@ -1,4 +1,4 @@
-"""Distant lights in two parts send together what they send as a whole, the inner part where it is wanted."""
+"""Distant lights in parts send together what they send as a whole, the inner ones where it is wanted."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from detp.core.bounds import Bounds
 from detp.core.lights.light import EMISSION_DIMENSIONS
 from detp.core.lights.sun import SunLight
 from detp.core.lights.world import UniformWorld
-from detp.core.photons.distant_light import Beside, Through, wanted_box
+from detp.core.photons.distant_light import Between, shells_of, wanted_box
 
 WHOLE = Bounds(np.array((-10.0, -10, -1)), np.array((10.0, 10, 3)))
 SMALL = Bounds(np.array((4.0, 3, -1)), np.array((6.0, 6, 1)))
@@ -16,13 +16,22 @@ COUNT = 200_000
 @pytest.mark.parametrize("light", [SunLight((0.5, 0.2, -1), (2.0, 1.0, 3.0), 0.1), UniformWorld((1.0, 0.5, 0.2))])
 def test_the_parts_bring_as_much_through_any_place_as_the_light_itself(light):
     uniforms = np.random.default_rng(1).random((COUNT, EMISSION_DIMENSIONS))
-    parts = [light, Through(light, SMALL), Beside(light, SMALL)]
-    whole, through, beside = (_through_cells(part.emit(uniforms, WHOLE)) for part in parts)
-    assert through.sum() > 0 and beside.sum() > through.sum()
+    parts = [Between(light, *shell) for shell in shells_of(SMALL, WHOLE)]
+    assert len(parts) == 4
+    whole, *through = (_through_cells(part.emit(uniforms, WHOLE)) for part in [light, *parts])
+    assert all(part.sum() > 0 for part in through) and through[-1].sum() > through[0].sum()
     allowed = 5 * np.sqrt(whole.max() * whole.sum() / COUNT * 4) + 1e-9
-    assert np.abs(through + beside - whole).max() < allowed
-    total = Through(light, SMALL).flux(WHOLE) + Beside(light, SMALL).flux(WHOLE)
-    assert np.allclose(total, light.flux(WHOLE))
+    assert np.abs(sum(through) - whole).max() < allowed
+    assert np.allclose(sum(part.flux(WHOLE) for part in parts), light.flux(WHOLE))
+
+
+def test_shells_grow_by_twice_their_width():
+    far = Bounds(np.full(3, -1000.0), np.full(3, 1000.0))
+    shells = shells_of(SMALL, far)
+    outer = [shell[1].size.max() for shell in shells[:-1]]
+    assert shells[0][0] is None and shells[-1][1] is None
+    assert np.allclose(np.divide(outer[1:], outer[:-1]), 2.0)
+    assert len(shells) < 12
 
 
 def _through_cells(sent) -> np.ndarray:

@@ -5,11 +5,11 @@ import pytest
 from detp.core.bake import baked
 from detp.core.direct.looks import Look
 from detp.core.direct.spots import Spots
-from detp.core.gather.cells import Cells, CellTable, facings
+from detp.core.gather.cells import Cells, CellTable
 from detp.core.gather.records import NEAR, Landings, Records
 from detp.core.gather.reflected_light import MOST_FOLLOWED, ReflectedLight
 from detp.core.photons.emission import lights_of
-from detp.core.points import Points
+from detp.core.points import Points, facings
 from detp.core.rays import RayCaster
 from detp.core.sampling import cosine_hemisphere, frames
 from detp.core.settings import BakeSettings

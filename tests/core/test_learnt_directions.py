@@ -211,3 +211,13 @@ def test_groups_hold_neighbours_that_face_alike():
     rows = slice(groups.start[1], groups.start[2])
     others = [np.delete(values[rows], i).mean() for i in range(rows.stop - rows.start)]
     assert groups.of_others(values)[rows] == pytest.approx(others)
+
+
+def test_the_few_points_on_a_wall_are_no_group_with_the_many_on_the_ground():
+    generator = np.random.default_rng(5)
+    ground = np.c_[generator.uniform(-20, 20, (1700, 2)), np.zeros(1700)]
+    wall = np.c_[np.zeros(25), generator.random((25, 2))]
+    normals = np.repeat([(0.0, 0, 1), (1.0, 0, 0)], (1700, 25), axis=0)
+    groups = PointGroups.of(np.concatenate([ground, wall]), normals)
+    of_wall = groups.group[np.isin(groups.order, np.arange(1700, 1725))]
+    assert len(np.unique(of_wall)) == 1 and np.diff(groups.start)[of_wall[0]] == 25

@@ -11,6 +11,7 @@ from detp.core.irradiance import Irradiance
 from detp.core.lights.world import UniformWorld
 from detp.core.points import Points
 from detp.core.refinement import (
+    AIMED_AFTER,
     DARK_AFTER,
     FIRST_PHOTONS,
     FIRST_ROUNDS,
@@ -157,6 +158,26 @@ def test_where_light_is_hard_to_find_half_as_many_rays_again_are_enough_unless_i
         refinement.observe(light, Irradiance.dark(POINTS), light, light.relative_error)
         assert refinement.missing.sum() == 0.2 * POINTS
         assert (refinement.next() is not None) == (goes_on or bake.direct.rays <= MORE_RAYS * 1000)
+
+
+@pytest.mark.parametrize(("common", "goes_on"), [(0.03, False), (0.06, True)])
+def test_a_tenth_of_the_points_whose_light_photons_leave_off_alike_keeps_a_bake_going(common, goes_on):
+    """They are well within what rays may leave at single points, but all of a wall is off by as much."""
+    off = np.where(np.arange(POINTS) < 0.1 * POINTS, common, 0.0)
+    by_rays, by_photons = (
+        Irradiance(np.ones((POINTS, 3)), np.ones((POINTS, 3)) * error) for error in (0.01, off[:, None])
+    )
+    light = Irradiance(by_rays.value, np.hypot(by_rays.standard_error, by_photons.standard_error))
+    bake = Bake(BakeSettings(error=0.04))
+    bake.direct.done, bake.photons.particles = AIMED_AFTER, FIRST_PHOTONS
+    refinement = Refinement(bake.settings, bake.direct, bake.photons, bake.stopwatch, bake.start, cells=100)
+    refinement._due = 0
+    refinement.observe(by_rays, by_photons, light, light.relative_error)
+    assert (refinement.next() is not None) == goes_on
+    if goes_on:
+        bake.photons.particles, bake.direct.done = 1 << 22, AIMED_AFTER + refinement.next().rounds
+        refinement.observe(by_rays, by_photons, light, light.relative_error)
+        assert refinement.next() is None, "enough photons are enough"
 
 
 def test_what_single_rays_light_later_does_not_keep_a_bake_from_ending():

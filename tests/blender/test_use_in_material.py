@@ -226,6 +226,17 @@ def test_meshes_without_material_export_their_light_by_themselves(tmp_path):
     assert exported_colours[:, :3].max() == pytest.approx(colours("bare")[:, :3].max(), abs=1e-4)
 
 
+@pytest.mark.parametrize(("slots", "named"), [([plain, None], True), ([None, plain], False), ([plain, plain], False)])
+def test_faces_in_an_empty_slot_are_named(slots, named):
+    fresh()
+    walls = cube("walls")
+    for each in slots:
+        walls.data.materials.append(each and each())
+    walls.data.polygons.foreach_set("material_index", [1, 1, 1, 1, 1, 7])
+    light_up("walls")
+    assert any("'walls'" in note and "without material" in note for note in use().notes) == named
+
+
 def test_others_with_the_same_material_are_not_black():
     used = room(plain)
     other = cube("other", location=(5, 0, 0))

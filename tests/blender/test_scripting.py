@@ -25,7 +25,8 @@ def unregistered():
 
 def test_scripts_bake_export_and_take_all_out_again(unregistered, tmp_path):
     exported = tmp_path / "cornell_box.glb"
-    exec(BAKE.replace("sample_blends/", f"{ROOT.as_posix()}/sample_blends/").replace(exported.name, exported.as_posix()))
+    bake = BAKE.replace("sample_blends/", f"{ROOT.as_posix()}/sample_blends/")
+    exec(bake.replace(exported.name, exported.as_posix()))
     floor = bpy.data.objects["Floor"]
     light = colours("Floor")[:, :3]
     seen = Glb(exported).corners("Floor", "COLOR_0")[1]

@@ -19,9 +19,9 @@ LAYOUTS = {
 def users(block) -> int | None:
     """How many users Blender says that the ``block`` has.
 
-    None of objects before Blender 4.3: they have one more after any scene was copied and removed.
+    None of objects and collections before Blender 4.3: they have one more after any scene was copied and removed.
     """
-    miscounted = isinstance(block, bpy.types.Object) and bpy.app.version < (4, 3)
+    miscounted = isinstance(block, (bpy.types.Object, bpy.types.Collection)) and bpy.app.version < (4, 3)
     return None if miscounted else block.users
 
 

@@ -70,6 +70,18 @@ def faces_without_material(obj: bpy.types.Object) -> bool:
     return bool(np.isin(np.clip(numbers, 0, len(obj.material_slots) - 1), empty).any())
 
 
+def modifiers_materials(objects: Sequence[bpy.types.Object]) -> list[str]:
+    """The names of those of the ``objects`` to which geometry nodes give materials that are in none of their slots."""
+    objects = [obj for obj in objects if any(modifier.type == "NODES" for modifier in obj.modifiers)]
+    graph = bpy.context.evaluated_depsgraph_get() if objects else None
+    return [
+        obj.name
+        for obj in objects
+        if {each.original for each in obj.evaluated_get(graph).data.materials if each is not None}
+        - {slot.material for slot in obj.material_slots}
+    ]
+
+
 def spoilt_exports(objects: Sequence[bpy.types.Object]) -> list[str]:
     """A note where this Blender's glTF exporter turns light white: 5.2.2 does on meshes with another colour layer."""
     if not (5, 2, 0) <= bpy.app.version <= (5, 2, 2):

@@ -89,8 +89,8 @@ def use_in_materials(objects: Iterable[bpy.types.Object], attribute: str, way: s
     others = modifiers_materials(baked)
     if others:
         use.notes.append(
-            f"Geometry nodes give {counted(len(others), 'object')} materials that do not use the light: {some(others)}. "
-            f"Have them in material slots too."
+            f"Geometry nodes give {counted(len(others), 'object')} materials that do not use the light: "
+            f"{some(others)}. Have them in material slots too."
         )
     domain = baked[0].data.color_attributes[attribute].domain
     use.notes += whiten(set(use.unlit + use.base), attribute, domain)

@@ -103,4 +103,5 @@ def _apart(batch: Batch, display: ProgressDisplay) -> Iterator[tuple[int, Outcom
             left = (time.monotonic() - begin) * (1 - share) / share if 0.01 < share < 1 else None
             names = ", ".join(batch.jobs[each].scene.stem for each in sorted(states)[:3])
             title = f"{finished} of {len(batch.jobs)} files" + (f", {failed} failed" if failed else "")
-            display.show(f"{title}: {names}" if names else title, JobProgress("Baking", share, left))
+            phase = "Forecasting" if batch.dry_run else "Baking"
+            display.show(f"{title}: {names}" if names else title, JobProgress(phase, share, left))

@@ -18,7 +18,7 @@ from ..wording import counted, some
 from ..writing.baked_layers import WHITE, light_of, remove_layer
 from .light_nodes import make_plain, make_unlit, multiply, strip, surface_inputs, surface_outputs
 from .marked_nodes import NODE_MARK
-from .mesh_layers import drop_looks, spoilt_exports, whiten
+from .mesh_layers import drop_looks, faces_without_material, modifiers_materials, spoilt_exports, whiten
 
 #: how light can be used; "auto" takes base colour for ambient occlusion, which lamps are to light, else unlit
 WAYS = ("auto", "unlit", "base-color")
@@ -79,6 +79,18 @@ def use_in_materials(objects: Iterable[bpy.types.Object], attribute: str, way: s
     if bare:
         use.notes.append(
             f"{counted(len(bare), 'object')} without material: {some(bare)}. A glTF file has their light, cut at 1."
+        )
+    gaps = [obj.name for obj in baked if obj.name not in bare and faces_without_material(obj)]
+    if gaps:
+        use.notes.append(
+            f"{counted(len(gaps), 'object')} with some faces without material: {some(gaps)}. Give them one: renders do "
+            f"not show their light, and glTF files of newer Blenders lack it."
+        )
+    others = modifiers_materials(baked)
+    if others:
+        use.notes.append(
+            f"Geometry nodes give {counted(len(others), 'object')} materials that do not use the light: "
+            f"{some(others)}. Have them in material slots too."
         )
     domain = baked[0].data.color_attributes[attribute].domain
     use.notes += whiten(set(use.unlit + use.base), attribute, domain)

@@ -12,15 +12,6 @@ def fresh():
     return bpy.context.scene
 
 
-def users(block):
-    """How many users Blender says that the ``block`` has.
-
-    None of objects before Blender 4.3: they have one more after any scene was copied and removed.
-    """
-    miscounted = isinstance(block, bpy.types.Object) and bpy.app.version < (4, 3)
-    return None if miscounted else block.users
-
-
 def linked(name, data, location=(0, 0, 0), scale=(1, 1, 1), collection=None):
     obj = bpy.data.objects.new(name, data)
     (collection or bpy.context.scene.collection).objects.link(obj)

@@ -18,7 +18,7 @@ from detp.detp_addon import found_light
 from detp.detp_addon.job import bake_scene
 from detp.detp_addon.request import BakeRequest
 from detp.detp_addon.writing import write_attributes
-from made_scenes import users
+from fuzz.fingerprint import users
 from small_scenes import box_on_floor, colours, cube, grid
 
 SETTINGS = BakeSettings(photons=20000, radius=0.3)

@@ -8,7 +8,7 @@ import pytest
 from detp.detp_addon.preview import render_preview as preview
 from detp.detp_addon.preview.render_preview import EXPOSED_TO, NEUTRAL, exposure_gain, render_preview
 from detp.detp_addon.writing.write_attributes import MeshColours, write_colours
-from made_scenes import users
+from fuzz.fingerprint import users
 from PIL import Image
 
 

@@ -226,6 +226,35 @@ def test_meshes_without_material_export_their_light_by_themselves(tmp_path):
     assert exported_colours[:, :3].max() == pytest.approx(colours("bare")[:, :3].max(), abs=1e-4)
 
 
+@pytest.mark.parametrize(("slots", "named"), [([plain, None], True), ([None, plain], False), ([plain, plain], False)])
+def test_faces_in_an_empty_slot_are_named(slots, named):
+    fresh()
+    walls = cube("walls")
+    for each in slots:
+        walls.data.materials.append(each and each())
+    walls.data.polygons.foreach_set("material_index", [1, 1, 1, 1, 1, 7])
+    light_up("walls")
+    assert any("'walls'" in note and "without material" in note for note in use().notes) == named
+
+
+def test_materials_of_geometry_nodes_are_named_unless_a_slot_has_them_too(tmp_path):
+    fresh()
+    walls, given = cube("walls"), plain()
+    walls.data.materials.append(textured())
+    group = bpy.data.node_groups.new("given", "GeometryNodeTree")
+    for way in ("INPUT", "OUTPUT"):
+        group.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
+    give = node(group, "GeometryNodeSetMaterial", Geometry=group.nodes.new("NodeGroupInput").outputs[0], Material=given)
+    group.links.new(give.outputs[0], group.nodes.new("NodeGroupOutput").inputs[0])
+    walls.modifiers.new("given", "NODES").node_group = group
+    light_up("walls")
+    assert any("'walls'" in note and "Geometry nodes" in note for note in use().notes)
+    walls.data.materials.append(given)
+    assert use().notes == []
+    seen = exported(tmp_path, export_apply=True).corners("walls", "COLOR_0")[1]
+    assert np.isin(np.round(seen, 6), np.round(colours("walls")[:, :3], 6)).all()
+
+
 def test_others_with_the_same_material_are_not_black():
     used = room(plain)
     other = cube("other", location=(5, 0, 0))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..direct.looks import Look
-from ..direct.nearby_light import NearbyLight
+from ..direct.nearby_lamps import NearbyLamps
 from ..direct.shadows import Shadows
 from ..lights.light import SHADOW_DIMENSIONS, Light, Surroundings
 from ..rays import RayCaster
@@ -123,7 +123,7 @@ class ReflectedLight:
         for source in self._surroundings:
             if source.aimed:
                 self._aim(source, points, normals, generator.random((len(points), SHADOW_DIMENSIONS)), light)
-        if look.nearby is not None and look.nearby.lamps:
+        if look.nearby is not None and look.nearby.kinds:
             self._ask_lamps(look.nearby, points, normals, group, generator.random((len(points), 3)), light)
         directions = cosine_hemisphere(normals, generator.random((len(points), 2)))
         cosine = np.einsum("ij,ij->i", normals, directions)
@@ -151,7 +151,7 @@ class ReflectedLight:
         weight = self._shadows.of(source).transmitted(*ways) * _balanced(rays.density.take(lit), cosine.take(lit))
         light[lit] += rays.radiance.take(lit, axis=0) * weight
 
-    def _ask_lamps(self, nearby: NearbyLight, points, normals, group, uniforms, light: np.ndarray) -> None:
+    def _ask_lamps(self, nearby: NearbyLamps, points, normals, group, uniforms, light: np.ndarray) -> None:
         """Add to the ``light`` (K, 3) at points what a ray from each to a lamp brings."""
         lamps = nearby.rays(points, normals, group, uniforms)
         red, green, blue = lamps.light.T

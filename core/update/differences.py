@@ -15,7 +15,7 @@ import numpy as np
 
 from ..direct.looks import Look
 from ..direct.low_discrepancy import nets
-from ..direct.nearby_light import NearbyLight
+from ..direct.nearby_lamps import NearbyLamps
 from ..direct.shadows import Shadows
 from ..direct.spots import Spots
 from ..gather.records import RecordFinder
@@ -159,7 +159,7 @@ class LightDifferences:
         self,
         sight: Sight,
         places: WantedPlaces,
-        lamps: NearbyLight,
+        lamps: NearbyLamps,
         count: int,
         generator: np.random.Generator,
     ) -> tuple[np.ndarray, np.ndarray]:
@@ -172,7 +172,7 @@ class LightDifferences:
         found = [(np.empty(0, np.int64), np.empty((0, 3)))]
         row = np.repeat(np.arange(len(places)), count)
         every = places.taken(row)
-        if lamps.lamps:
+        if lamps.kinds:
             rays = lamps.rays(every.origins, every.normals, every.group, generator.random((len(row), 3)))
             lit = np.flatnonzero(rays.light.any(axis=1))
             found.append(self._more(None, sight, every, row, lit, rays, rays.light / count))
@@ -255,7 +255,7 @@ class Differences:
         records: RecordFinder,
         delta: np.ndarray,
         known: np.ndarray,
-        lamps: NearbyLight,
+        lamps: NearbyLamps,
     ):
         self._lights, self._balls, self._lamps = lights, lights.balls, lamps
         self._scenes = (lights.after, lights.before)

@@ -13,7 +13,7 @@ from ..bounds import Bounds
 from ..direct.emitters import Emitters
 from ..direct.lamp_light import LampLight
 from ..direct.learnt_choice import LearntChoice
-from ..direct.nearby_light import NearbyLight
+from ..direct.nearby_lamps import NearbyLamps
 from ..discs import TangentDiscs
 from ..estimator.estimate import IrradianceEstimate
 from ..estimator.standpoints import Standpoints
@@ -48,33 +48,30 @@ class LearntLamps:
              ``begin`` and ``end`` (G, K); and what these have learnt (G, K), None before they have
     centres  (G, 3) metres, the middles of the groups
     brought  (G, kinds) what light, RGB sum, groups found of each kind, in any unit
-    reach    how far away surfaces shade places from distant lights, metres
     group    (N,) of each of the points
     """
 
     kinds: tuple[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None], ...]
     centres: np.ndarray
     brought: np.ndarray
-    reach: float
     group: np.ndarray
 
     @classmethod
-    def of(cls, nearby: NearbyLight, group: np.ndarray, lights: Sequence[Light]) -> LearntLamps:
-        """Of the lamps of ``nearby``, which are among the ``lights``."""
+    def of(cls, nearby: NearbyLamps, group: np.ndarray, lights: Sequence[Light]) -> LearntLamps:
+        """Of those ``nearby``, which are among the ``lights``."""
         number, kinds = {id(light): row for row, light in enumerate(lights)}, []
-        for kind in nearby.lamps:
+        for kind in nearby.kinds:
             which = np.array([number[id(lamp)] for lamp in kind.lamps])
             kinds.append((which, *kind.learnt.fixed(slice(None))))
-        brought = nearby.of_lamps().brought
-        return cls(tuple(kinds), nearby.centres, brought, nearby.reach, group)
+        return cls(tuple(kinds), nearby.centres, nearby.brought, group)
 
-    def among(self, lights: Sequence[Light]) -> NearbyLight:
+    def among(self, lights: Sequence[Light]) -> NearbyLamps:
         """The same of the ``lights`` of the bake."""
         lamps = []
         for which, *learnt in self.kinds:
             some = [lights[row] for row in which]
             lamps.append(LampLight(some, None, 0, LearntChoice.known(Emitters.of_lamps(some), *learnt), None))
-        return NearbyLight(lamps, (), {}, self.centres, self.brought, self.reach)
+        return NearbyLamps(lamps, self.centres, self.brought)
 
 
 @dataclass(frozen=True)
@@ -148,13 +145,13 @@ class FirstBake:
         rays, light, records = work.rays, work.records, work.records.records
         searches = tuple(FirstSearch(s.kind, s.placed, s.half, s.most, s.estimate) for s in light.searches)
         seen = light.shadow_rays
-        lamps = None if seen is None else LearntLamps.of(seen.nearby, seen.group, work.shining)
+        lamps = None if seen is None else LearntLamps.of(seen.nearby_lamps, seen.group, work.shining)
         kept = FirstRecords(
             records.held, records.sides, records.radii, records.finder, searches, *light.found.values(),
             light.common_error, lamps,
         )  # fmt: skip
         found = cls(
-            scene, points, settings, work.places, LearntLamps.of(rays.nearby, rays.group, work.shining), kept,
+            scene, points, settings, work.places, LearntLamps.of(rays.nearby_lamps, rays.group, work.shining), kept,
             work.tracing, paths, rays.irradiance + rays.reflected,
             work.common_rounds, rays.done, (rays.rays_per_round / len(points), rays.rays), result,
         )  # fmt: skip
@@ -191,7 +188,7 @@ class FirstBake:
         return found
 
     @cached_property
-    def nearby(self) -> NearbyLight:
+    def nearby_lamps(self) -> NearbyLamps:
         """The lamps, as groups of points know them."""
         return self.lamps.among(self.shining)
 

@@ -224,7 +224,7 @@ class _Update:
         anew |= balls.distances(self._points.centres) < NEAR
         if len(balls) == 0:
             return anew
-        lamps, group = base.first.nearby, base.places.group[self._same]
+        lamps, group = base.first.nearby_lamps, base.places.group[self._same]
         # Of two scenes, differences take twice the rays.
         dear, noise = 0.5 * base.rays_per_point, NOISE * base.noise
         rows = np.flatnonzero(~anew)
@@ -298,7 +298,7 @@ class _Update:
             (records.reflected, base.first.reflected),
             base.first.records.finder,
             *records.delta,
-            base.first.nearby,
+            base.first.nearby_lamps,
         )
         yield from base.look()
         # In the order of the first bake, whose views are kept.

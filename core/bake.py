@@ -20,6 +20,7 @@ from .fit.vertex_fit import VertexFit
 from .gather.record_light import RecordLight
 from .gather.records import WIDTH, Records, scouted
 from .gatherers.choose import make_gatherer
+from .gatherers.gatherer import Gatherer
 from .irradiance import Irradiance
 from .photons.distant_light import wanted_box
 from .photons.emission import lights_of
@@ -29,7 +30,6 @@ from .photons.photon_light import PhotonLight, PhotonSearch
 from .photons.tracing import PhotonTracer
 from .points import Points
 from .radius import ChosenRadius, check_radius, chosen_radius
-from .random_streams import random_stream
 from .rays import RayCaster
 from .refinement import Refinement, first_rounds, look_in_every
 from .result import BakeResult, Progress
@@ -42,9 +42,6 @@ if TYPE_CHECKING:
 
 Result = TypeVar("Result")
 Stage = Generator[Progress, None, Result]
-
-#: Particles whose segments tell which gatherer is the fastest.
-SAMPLE_PHOTONS = 1 << 11
 
 
 def baked(scene: Scene, points: Points, settings: BakeSettings | None = None) -> BakeResult:
@@ -238,8 +235,7 @@ class Baking:
         """Trace so many ``photons`` more."""
         done = self.photons.particles
         if done == 0:
-            likely = refinement.likely(self.disc.photons if self.searches else photons)
-            self._names = self._choose_gatherers(likely)
+            self._make_gatherers()
             yield Progress("Tracing photons", refinement.fraction)
         elif self.gathers:
             looking = self._stopwatch.timed("shadow", self.records.look_at_lights(photons / done))
@@ -249,20 +245,15 @@ class Baking:
         if self.gathers:
             self.records.update()
 
-    def _choose_gatherers(self, likely: int) -> tuple[str, str]:
-        """Choose the searches' gatherers for so many ``likely`` photons; the last one's name and why."""
-        settings, searches = self._settings, self.photons.searches
+    def _make_gatherers(self) -> None:
+        """Make the searches' gatherers, one for all of the same discs."""
         with self._stopwatch("gather"):
-            sample = self.tracer.trace(SAMPLE_PHOTONS, random_stream(settings.seed, "sample")).segments
-            for search in searches:
-                some = sample.of_kind(search.kind)
-                expected = max(1, search.count(likely) * len(some) // SAMPLE_PHOTONS)
-                same = (s.gatherer for s in searches if s.gatherer is not None and s.placed is search.placed)
-                search.gatherer = next(same, None)
-                if search.gatherer is None:
-                    search.gatherer, reason = make_gatherer(settings.gatherer, search.placed.discs, expected, some)
-                    names = search.gatherer.name, reason
-        return names
+            made: dict[int, Gatherer] = {}
+            for search in self.photons.searches:
+                if id(search.placed) not in made:
+                    gatherer, reason = make_gatherer(self._settings.gatherer, search.placed.discs)
+                    made[id(search.placed)], self._names = gatherer, (gatherer.name, reason)
+                search.gatherer = made[id(search.placed)]
 
     def _part(self, kind: str) -> Irradiance:
         """That ``kind`` of light by discs at the points themselves."""

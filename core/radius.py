@@ -12,7 +12,7 @@ from .discs import TangentDiscs
 from .errors import InvalidSettingError
 from .estimator.estimate import Accumulator
 from .estimator.visible_area import whole_discs
-from .gatherers.choose import make_gatherer
+from .gatherers.disc_index import DiscIndex
 from .irradiance import Irradiance
 from .photons.tracing import PhotonTracer
 from .random_streams import random_stream
@@ -94,8 +94,7 @@ def chosen_radius(
     segments = segments.of_kind("caustic") if kinds == ["caustic"] else segments
     traced = time.perf_counter()
     accumulator = Accumulator(placed.discs, segments, PILOT_PHOTONS, placed.area)
-    gatherer, _ = make_gatherer("disc-index", placed.discs, len(segments), segments)
-    for crossings in gatherer.crossings(segments):
+    for crossings in DiscIndex(placed.discs).crossings(segments):
         accumulator.add(crossings)
     light = accumulator.estimate().irradiance
     error = light.relative_error

@@ -27,6 +27,11 @@ class Segments:
     particle: np.ndarray | None = None
     caustic: np.ndarray | None = None
 
+    @classmethod
+    def between(cls, origins: np.ndarray, ends: np.ndarray) -> Segments:
+        """From ``origins`` to ``ends`` (S, 3) m, for a search of which only the crossings matter."""
+        return cls(origins, ends, np.ones((len(origins), 3)), np.zeros(len(origins), np.uint16))
+
     def __len__(self) -> int:
         return len(self.origins)
 

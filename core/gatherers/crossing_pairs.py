@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..crossing import crossing_times
+from ..crossing import crosses
 from ..discs import TangentDiscs
 from ..segments import Segments
 from .counts import Counts
@@ -28,23 +28,20 @@ class CrossingPairs:
 
     def __call__(
         self, paths: np.ndarray, segment: np.ndarray, disc: np.ndarray, counts: Counts | None = None
-    ) -> tuple[np.ndarray, np.ndarray]:
+    ) -> np.ndarray:
         """The pairs of ``segment`` (C,) in ``paths``, as from :func:`path_rows`, and ``disc`` (C,) that cross.
 
-        Returns their rows (H,) int64 in 0..C, ascending, and the t (H,) of each crossing along its segment.
+        Returns their rows (H,) int64 in 0..C, ascending.
         """
-        rows, times = [np.zeros(0, np.int64)], [np.zeros(0)]
+        rows = [np.zeros(0, np.int64)]
         for begin in range(0, len(segment), PAIRS):
             path = paths.take(segment[begin : begin + PAIRS], axis=0)
             held = self._discs.take(disc[begin : begin + PAIRS], axis=0)
-            hit, time = crossing_times(path[:, :3], path[:, 3:], held[:, :3], held[:, 3:6], held[:, 6])
-            found = hit.nonzero()[0]
-            rows.append(begin + found)
-            times.append(time.take(found))
-        rows, times = np.concatenate(rows), np.concatenate(times)
+            hit = crosses(path[:, :3], path[:, 3:], held[:, :3], held[:, 3:6], held[:, 6])
+            rows.append(begin + hit.nonzero()[0])
         if counts is not None:
             counts.note("tests", len(segment))
-        return rows, times
+        return np.concatenate(rows)
 
 
 def columns(segments: Segments, rows: slice) -> tuple[np.ndarray, np.ndarray]:

@@ -6,7 +6,6 @@ import numpy as np
 
 from ..discs import TangentDiscs
 from ..segments import Segments
-from ..unit_costs import bare_segments
 
 #: where points may lie, and the dimension that makes for the theory
 KINDS = {"volume": 3.0, "surface": 2.0}
@@ -24,7 +23,7 @@ def uniform_lines(count: int, generator: np.random.Generator) -> Segments:
     away = np.sqrt(generator.random(count))
     half = (np.sqrt(1.0 - away**2) + BEYOND)[:, None] * direction
     middle = away[:, None] * side
-    return bare_segments(middle - half, middle + half)
+    return Segments.between(middle - half, middle + half)
 
 
 def uniform_points(kind: str, count: int, generator: np.random.Generator) -> np.ndarray:

@@ -20,7 +20,7 @@ from ..estimator.standpoints import Standpoints
 from ..estimator.visible_area import VisibleArea, VisibleDiscs
 from ..gather.records import Landings, RecordFinder
 from ..gather.reflected_light import ReflectedLight
-from ..gatherers.choose import make_gatherer
+from ..gatherers.disc_index import DiscIndex
 from ..irradiance import Irradiance
 from ..lights.area import AreaLight
 from ..lights.environment import EnvironmentWorld
@@ -174,7 +174,7 @@ class FirstBake:
         found = []
         for first in self.records.searches:
             search = PhotonSearch(first.kind, first.placed, first.half, first.most)
-            search.gatherer, _ = make_gatherer("disc-index", first.placed.discs, max(len(self.paths.segments), 1))
+            search.gatherer = DiscIndex(first.placed.discs)
             search.estimate = first.estimate
             found.append(search)
         return found

@@ -29,7 +29,7 @@ from .photons.photon_journal import PhotonJournal
 from .photons.photon_light import PhotonLight, PhotonSearch
 from .photons.tracing import PhotonTracer
 from .points import Points
-from .radius import ChosenRadius, check_radius, chosen_radius
+from .radius import check_radius, chosen_radius
 from .rays import RayCaster
 from .refinement import Refinement, first_rounds, look_in_every
 from .result import BakeResult, Progress
@@ -67,8 +67,8 @@ def bake(
 class Baking:
     """A bake as it goes on: its stages, each of which leaves to the next ones what it has found.
 
-    A ``journal`` keeps what its photons do. Attributes, once :meth:`place_discs` is done: ``disc``, the radius at the
-    points themselves, ``tracer``, and in ``tracing`` what that was made of beside the scene; at the end also
+    A ``journal`` keeps what its photons do. Attributes, once :meth:`place_discs` is done: ``radius``, metres, of discs
+    at the points themselves, ``tracer``, and in ``tracing`` what that was made of beside the scene; at the end also
     ``common_rounds`` of rays, which all points cast.
     """
 
@@ -165,11 +165,10 @@ class Baking:
         kinds = self._kinds()
         yield Progress("Choosing the radius", 0.0)
         with self._stopwatch("radius"):
-            if settings.radius is not None:
-                self.disc = ChosenRadius(settings.radius, settings.expected_photons)
-            else:
+            self.radius = settings.radius
+            if self.radius is None:
                 found = self._by_rays.value
-                self.disc = chosen_radius(scene, caster, points.centres, points.normals, settings, found, kinds)
+                self.radius = chosen_radius(scene, caster, points.centres, points.normals, settings, found, kinds)
         with self._stopwatch("trace"):
             looking = self.records.looking if self.gathers else (self.places.origins, points.normals)
             seen = None
@@ -177,14 +176,14 @@ class Baking:
                 seen = seen_shares(self.shining, Shadows(scene, caster), *looking, settings.seed)
             # Light that is to be reflected must meet a surface there; discs, which find the direct light, stick out.
             box = None if self._by_photons else wanted_box(looking[0], scene.bounds)
-            reach = max(self.disc.radius, self.records.radius if self.records is not None else 0.0)
+            reach = max(self.radius, self.records.radius if self.records is not None else 0.0)
             bounds = scene.bounds.expanded(2 * reach)
             self.tracing = bounds, self._bounces, self._by_photons, seen, box
             tracer = PhotonTracer(scene, caster, *self.tracing)
             self.tracer = tracer if self._journal is None else tracer.keeping_all()
             self._emitted = self.tracer.emitted_flux
         if kinds:
-            discs = TangentDiscs.of_radius(points.centres, points.normals, self.disc.radius)
+            discs = TangentDiscs.of_radius(points.centres, points.normals, self.radius)
             if self._plain:
                 parts = whole_discs(discs)
             else:
@@ -291,7 +290,7 @@ class Baking:
 
     def _result(self, direct: Irradiance, indirect: Irradiance, seen: Irradiance, hidden: np.ndarray) -> BakeResult:
         photons, records = self.photons, self.records
-        radius = self.disc.radius if self.searches else records.radius if records is not None else 0.0
+        radius = self.radius if self.searches else records.radius if records is not None else 0.0
         return BakeResult(
             direct=direct,
             indirect=indirect,

@@ -71,14 +71,6 @@ class VisibleArea:
         """Area (N,) m^2 inside the whole outline."""
         return self.nested[:, 0]
 
-    def inside(self, discs: TangentDiscs, segments: Segments, crossings: Crossings) -> np.ndarray:
-        """Which (C,) of the ``crossings`` lie inside the outlines."""
-        doubtful = np.flatnonzero(self.partial[crossings.disc])
-        some = crossings.taken(doubtful)
-        keep = np.full(len(crossings), True)
-        keep[doubtful] = ~self._outside(discs.normals, some.disc, offsets(discs, segments, some))
-        return keep
-
     def rings(self, discs: TangentDiscs, segments: Segments, crossings: Crossings) -> np.ndarray:
         """The ring (C,) of its disc in which each of the ``crossings`` lies, OUTSIDE of its outline that number."""
         if self.nested.shape[1] == 1:

@@ -84,7 +84,7 @@ class PhotonLight:
             parts.append(traced.segments.weighted(share / particles))
             self._cut += traced.cut_flux * share
             if self.journal is not None:
-                self.journal.keep(traced.segments.weighted(share), traced.draws.light)
+                self.journal.keep(traced.segments.weighted(share), traced.lights)
             yield "Tracing photons"
         segments = Segments.joined(parts)
         self.segments += len(segments)

@@ -35,4 +35,4 @@ def load_study_scene(name: str, path: Path, segments: int) -> StudyScene:
         generator = random_stream(0, "photons", len(parts) * PHOTONS_PER_TRACE)
         parts.append(work.tracer.trace(PHOTONS_PER_TRACE, generator).segments)
     some = Segments.joined(parts).spread(segments)
-    return StudyScene(name, len(export.scene.triangles), export.centres, export.normals, work.disc.radius, some)
+    return StudyScene(name, len(export.scene.triangles), export.centres, export.normals, work.radius, some)

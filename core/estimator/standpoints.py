@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
 from ..parallel import ordered_map, slices
 from ..rays import RayCaster
+from ..rows import Rows
 from ..triangles import normals_and_areas
 from .enclosure import Enclosure
 
@@ -33,7 +34,7 @@ POINTS_PER_CHUNK = 1 << 12
 
 
 @dataclass(frozen=True)
-class Standpoints:
+class Standpoints(Rows):
     """Where N points look around from.
 
     origins   (N, 3) metres, where shadow rays start
@@ -46,11 +47,6 @@ class Standpoints:
     enclosed: np.ndarray
     coarse: np.ndarray
     open: np.ndarray
-
-    @staticmethod
-    def joined(parts: list[Standpoints]) -> Standpoints:
-        """All standpoints of ``parts`` in their order; ``parts`` holds at least one."""
-        return Standpoints(*(np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Standpoints)))
 
 
 def standpoints(

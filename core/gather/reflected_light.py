@@ -12,6 +12,7 @@ from ..direct.nearby_lamps import NearbyLamps
 from ..direct.shadows import Shadows
 from ..lights.light import SHADOW_DIMENSIONS, Light, Surroundings
 from ..rays import RayCaster
+from ..rows import Rows
 from ..sampling import cosine_hemisphere
 from ..scene import Scene
 from ..sides import BySide, any_side
@@ -180,7 +181,7 @@ class _Side:
 
 
 @dataclass(frozen=True)
-class Ways:
+class Ways(Rows):
     """Where W rays have been followed to.
 
     owner     (W,) which ray it was
@@ -193,11 +194,6 @@ class Ways:
     weight: np.ndarray
     lengths: np.ndarray
     landings: Landings
-
-    def taken(self, rows: np.ndarray) -> Ways:
-        """Those ``rows`` alone."""
-        weight = self.weight.take(rows, axis=0)
-        return Ways(self.owner.take(rows), weight, self.lengths.take(rows), self.landings.taken(rows))
 
     def owned(self, owner: np.ndarray) -> Ways:
         """The same ways of that ``owner`` (W,)."""
@@ -219,14 +215,6 @@ class Ways:
         kept = np.flatnonzero(generator.random(len(chance)) < chance)
         some = self.taken(kept)
         return Ways(some.owner, some.weight / chance.take(kept)[:, None], some.lengths, some.landings)
-
-    @staticmethod
-    def joined(parts: list[Ways]) -> Ways:
-        """All ways of ``parts``, of which there is one at least."""
-        if len(parts) == 1:
-            return parts[0]
-        arrays = (np.concatenate([getattr(part, name) for part in parts]) for name in ("owner", "weight", "lengths"))
-        return Ways(*arrays, Landings.joined([part.landings for part in parts]))
 
 
 def _balanced(density: np.ndarray, cosine: np.ndarray) -> np.ndarray:

@@ -6,15 +6,17 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ..crossing import crosses
 from ..discs import TangentDiscs
 from ..segments import Segments
 from .counts import Counts
-from .crossing_pairs import CrossingPairs, columns, path_rows
 from .disc_bounds import frame_around
 from .gatherer import Crossings
 from .local_frame import Pieces
 from .patches import DiscPatches, Stretches
 from .streams import in_lanes, portions
+
+PAIRS = 1 << 13  # tested together, so that their rows stay in the processor's cache
 
 
 class PatchSearch:
@@ -28,9 +30,11 @@ class PatchSearch:
     def __init__(self, discs: TangentDiscs, order: np.ndarray, chunk: int):
         self._order, self._chunk = order, chunk
         if len(discs):
-            self._test = CrossingPairs(discs, order)
             self._frame = frame_around(discs)
-            self._discs = discs.taken(order)
+            self._discs = discs = discs.taken(order)
+            # One row of eight for each disc, which is fetched at once; the last is padding.
+            padding = np.zeros(len(discs))
+            self._rows = np.column_stack([discs.centres, discs.normals, discs.radii, padding])
 
     def _patch(self, member: np.ndarray, start: np.ndarray) -> None:
         """Let patches begin at ``start`` (K,) in ``member`` (E,), rows of the discs in the search's order."""
@@ -45,15 +49,30 @@ class PatchSearch:
     def _found(self, segments: Segments, rows: slice, counts: Counts | None) -> Iterator[Crossings]:
         if counts is not None:
             counts.note("segments", rows.stop - rows.start)
-        paths, pieces = path_rows(segments, rows), self._frame.pieces(*columns(segments, rows))
+        origins, ends = segments.origins[rows], segments.ends[rows]
+        paths, pieces = np.concatenate([origins, ends], axis=1), self._frame.pieces(origins.T.copy(), ends.T.copy())
         for stretches in self._stretches(pieces, counts):
             segment = pieces.segment.take(stretches.piece)
             for row, disc in self._patches.candidates(pieces, stretches, counts):
                 of_pair = segment.take(row)
-                found = self._test(paths, of_pair, disc, counts)
+                found = self._crossing(paths, of_pair, disc)
                 if counts is not None:
+                    counts.note("tests", len(disc))
                     counts.note("crossings", len(found))
                 yield Crossings(rows.start + of_pair.take(found), self._order.take(disc.take(found)))
+
+    def _crossing(self, paths: np.ndarray, segment: np.ndarray, disc: np.ndarray) -> np.ndarray:
+        """Which rows (H,), ascending, of the pairs of a ``segment`` (C,) and a ``disc`` (C,) cross.
+
+        ``paths`` (S, 6) are the segments' origins and ends side by side.
+        """
+        found = [np.zeros(0, np.int64)]
+        for begin in range(0, len(segment), PAIRS):
+            path = paths.take(segment[begin : begin + PAIRS], axis=0)
+            held = self._rows.take(disc[begin : begin + PAIRS], axis=0)
+            hit = crosses(path[:, :3], path[:, 3:], held[:, :3], held[:, 3:6], held[:, 6])
+            found.append(begin + hit.nonzero()[0])
+        return np.concatenate(found)
 
     def _stretches(self, pieces: Pieces, counts: Counts | None) -> Iterator[Stretches]:
         """Where along which of the ``pieces`` of segments which patch may be crossed, in blocks of bounded size.

@@ -24,6 +24,7 @@ from ..lights.light import SHADOW_DIMENSIONS, Light, Surroundings
 from ..parallel import ordered_map, slices
 from ..random_streams import random_stream
 from ..rays import Hits, RayCaster
+from ..rows import Rows
 from ..sampling import cosine_hemisphere
 from ..scene import Scene
 from ..stages import collected
@@ -54,7 +55,7 @@ class Surfaces:
 
 
 @dataclass(frozen=True)
-class WantedPlaces:
+class WantedPlaces(Rows):
     """P places where light is wanted.
 
     origins  (P, 3) metres, clear of surfaces
@@ -67,13 +68,6 @@ class WantedPlaces:
     normals: np.ndarray
     facing: np.ndarray
     group: np.ndarray
-
-    def __len__(self) -> int:
-        return len(self.origins)
-
-    def taken(self, rows) -> WantedPlaces:
-        """Those ``rows`` (index array or slice) alone."""
-        return WantedPlaces(*(part[rows] for part in vars(self).values()))
 
 
 class Sums:
@@ -409,7 +403,7 @@ class Differences:
 
 
 @dataclass(frozen=True)
-class Differing:
+class Differing(Rows):
     """R rays that may see what changed.
 
     owner    (R,) whom they tell of it, and the ``weight`` (R, 3) of what they see that comes back there
@@ -425,16 +419,6 @@ class Differing:
     origins: np.ndarray
     group: np.ndarray
     aimed: np.ndarray
-
-    @staticmethod
-    def joined(parts: Sequence[Differing]) -> Differing:
-        """All rays of ``parts``, of which there is one at least."""
-        arrays = {
-            name: np.concatenate([getattr(part, name) for part in parts])
-            for name in ("owner", "weight", "origins", "group", "aimed")
-        }
-        rays = Rays(*(np.concatenate(each) for each in zip(*(vars(part.rays).values() for part in parts), strict=True)))
-        return Differing(rays=rays, **arrays)
 
 
 def add_rows(total: np.ndarray, rows: np.ndarray, more: np.ndarray) -> None:

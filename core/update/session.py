@@ -325,7 +325,7 @@ class _Update:
         lights, more = [], (*more, more[0] + more[1])
         for number, light in enumerate((first.result.direct, first.result.indirect, first.by_rays)):
             value, error = np.zeros((2, len(anew), 3))
-            known = Irradiance(light.value[olds], light.standard_error[olds]) + more[number]
+            known = light.taken(olds) + more[number]
             value[~anew], error[~anew] = known.value, known.standard_error
             if found is not None:
                 value[anew], error[anew] = found[number].value, found[number].standard_error

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..lights.light import ShadowRays
 from ..parallel import slices
+from ..sampling import choose_in_rows, running_shares
 from .emitter_choice import EmitterChoice
 from .lamp_light import LampLight
 
@@ -22,8 +23,6 @@ _PLACES_PER_BLOCK = 1 << 14
 #: So few lamps are not chosen by what groups know, but at each place by what each would bring, and all alike for a
 #: half: a group in a room and in the sun before it knows little of either.
 FEW_LAMPS = 4
-
-_BELOW_ONE = np.nextafter(1.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -105,8 +104,6 @@ class NearbyLamps:
 
 def _chosen(share: np.ndarray, uniforms: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The column (K,) that each row of ``share`` (K, C) chooses by ``uniforms`` (K,), and these rescaled in it."""
-    ends = np.cumsum(share, axis=1)
-    column = np.minimum((uniforms[:, None] >= ends).sum(axis=1), share.shape[1] - 1)
-    rows = np.arange(len(share))
-    own = share[rows, column]
-    return column, np.clip((uniforms - (ends[rows, column] - own)) / own, 0.0, _BELOW_ONE)
+    rows, columns = np.arange(len(share)), share.shape[1]
+    place, rest = choose_in_rows(running_shares(share), columns, rows, uniforms)
+    return place - rows * columns, rest

@@ -11,7 +11,7 @@ from ..parallel import ordered_map, slices
 from ..rays import RayCaster
 from ..rows import Rows
 from ..triangles import normals_and_areas
-from .enclosure import Enclosure
+from .enclosure import enclosed
 
 #: Points look from as far off their faces as this share of a face's size, and on an edge from as far aside of it.
 STEP = 0.002
@@ -57,7 +57,6 @@ def standpoints(
     ``inward`` (N, 3) metres leads from each point into its own faces, at most half of which it is moved along; zero
     where it need not be, None if nowhere.
     """
-    enclosure = Enclosure(caster)
 
     def found(rows: slice) -> Standpoints:
         tolerance, ways = caster.tolerance(points[rows]), None if inward is None else inward[rows]
@@ -69,7 +68,7 @@ def standpoints(
         origins = aside + off[:, None] * facing[rows]
         coarse = (size > 0) & (LEAST_STEP * tolerance > COARSE * size)
         wide = np.maximum(NARROW * size, LEAST_STEP * tolerance)
-        return Standpoints(origins, enclosure.enclosed(origins, facing[rows]), coarse, np.minimum(room / wide, 1.0))
+        return Standpoints(origins, enclosed(caster, origins, facing[rows]), coarse, np.minimum(room / wide, 1.0))
 
     yield from ordered_map(found, slices(len(points), POINTS_PER_CHUNK))
 

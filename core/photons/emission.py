@@ -10,11 +10,10 @@ from ..bounds import Bounds
 from ..errors import NoLightError
 from ..lights.emissive import EmissiveTriangles
 from ..lights.light import EMISSION_DIMENSIONS, Light, Particles, is_world
+from ..sampling import BELOW_ONE
 from ..scene import Scene
 from ..sides import any_side
 from .distant_light import Beside, Through
-
-_BELOW_ONE = np.nextafter(1.0, 0.0)
 
 
 def lights_of(scene: Scene) -> list[Light]:
@@ -75,7 +74,7 @@ class Emission:
         count = np.bincount(light, minlength=len(self.shares))
         begin = np.cumsum(count) - count
         rank = np.arange(particles) - begin.take(light)
-        uniforms[:, 0] = np.minimum((rank + uniforms[:, 0]) / count.take(light), _BELOW_ONE)
+        uniforms[:, 0] = np.minimum((rank + uniforms[:, 0]) / count.take(light), BELOW_ONE)
         emitted = []
         for number in np.flatnonzero(count):
             rows = slice(begin[number], begin[number] + count[number])

@@ -75,20 +75,6 @@ class LearntLamps:
 
 
 @dataclass(frozen=True)
-class FirstSearch:
-    """What photons brought to the discs of one half of the records.
-
-    The rest is as for :class:`.PhotonSearch`.
-    """
-
-    kind: str
-    placed: VisibleDiscs
-    half: int
-    most: int
-    estimate: IrradianceEstimate
-
-
-@dataclass(frozen=True)
 class FirstRecords:
     """The C cells of a bake, and the light at their 2 C records.
 
@@ -103,7 +89,7 @@ class FirstRecords:
     sides: np.ndarray
     radii: np.ndarray
     finder: RecordFinder
-    searches: tuple[FirstSearch, ...]
+    searches: tuple[PhotonSearch, ...]
     direct: np.ndarray
     indirect: np.ndarray
     common_error: float
@@ -143,11 +129,10 @@ class FirstBake:
     ) -> FirstBake:
         """Of a bake whose ``work`` is done; what that has made is not made again."""
         rays, light, records = work.rays, work.records, work.records.records
-        searches = tuple(FirstSearch(s.kind, s.placed, s.half, s.most, s.estimate) for s in light.searches)
         seen = light.shadow_rays
         lamps = None if seen is None else LearntLamps.of(seen.nearby_lamps, seen.group, work.shining)
         kept = FirstRecords(
-            records.held, records.sides, records.radii, records.finder, searches, *light.found.values(),
+            records.held, records.sides, records.radii, records.finder, tuple(light.searches), *light.found.values(),
             light.common_error, lamps,
         )  # fmt: skip
         found = cls(
@@ -155,7 +140,7 @@ class FirstBake:
             work.tracing, paths, rays.irradiance + rays.reflected,
             work.common_rounds, rays.done, (rays.rays_per_round / len(points), rays.rays), result,
         )  # fmt: skip
-        vars(found).update(shining=work.shining, caster=work.caster, searches=light.searches, reflected=light.reflected)
+        vars(found).update(shining=work.shining, caster=work.caster, reflected=light.reflected)
         return found
 
     @cached_property
@@ -171,13 +156,10 @@ class FirstBake:
     @cached_property
     def searches(self) -> list[PhotonSearch]:
         """The records' searches for photons, with what they found."""
-        found = []
-        for first in self.records.searches:
-            search = PhotonSearch(first.kind, first.placed, first.half, first.most)
-            search.gatherer = DiscIndex(first.placed.discs)
-            search.estimate = first.estimate
-            found.append(search)
-        return found
+        for search in self.records.searches:
+            if search.gatherer is None:
+                search.gatherer = DiscIndex(search.placed.discs)
+        return list(self.records.searches)
 
     @cached_property
     def reflected(self) -> ReflectedLight:
@@ -195,7 +177,7 @@ class FirstBake:
 
 #: classes of what is kept
 KINDS = (
-    AreaLight, BakeResult, BakeSettings, Bounds, EnvironmentWorld, FirstBake, FirstRecords, FirstSearch, Irradiance,
-    IrradianceEstimate, Landings, LearntLamps, PhotonPaths, PointLight, Points, RecordFinder, Scene, Segments,
-    SpotLight, Standpoints, SunLight, TangentDiscs, UniformWorld, VisibleArea, VisibleDiscs,
+    AreaLight, BakeResult, BakeSettings, Bounds, EnvironmentWorld, FirstBake, FirstRecords, Irradiance,
+    IrradianceEstimate, Landings, LearntLamps, PhotonPaths, PhotonSearch, PointLight, Points, RecordFinder, Scene,
+    Segments, SpotLight, Standpoints, SunLight, TangentDiscs, UniformWorld, VisibleArea, VisibleDiscs,
 )  # fmt: skip

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..lights.emissive import EmissiveTriangles
-from ..lights.light import Light
+from ..lights.light import Light, is_lamp
 from .emitters import Emitters
 from .lamp_light import LampLight
 from .learnt_choice import LearntChoice
@@ -46,8 +46,8 @@ class SceneLights:
         points = stands.origins
         self._groups = groups
         self._centres = np.ascontiguousarray(groups.means(points.T).T[groups.start[:-1]])
-        self._around = [light for light in lights if hasattr(light, "met")]
-        lamps = [light for light in lights if not hasattr(light, "met")]
+        self._around = [light for light in lights if not is_lamp(light)]
+        lamps = [light for light in lights if is_lamp(light)]
         sharp = [lamp for lamp in lamps if lamp.sharp]
         sharp = sharp if len(sharp) <= MOST_SHARP_LAMPS else []
         soft = [lamp for lamp in lamps if lamp not in sharp]

@@ -10,7 +10,7 @@ import numpy as np
 from ..direct.looks import Look
 from ..direct.nearby_lamps import NearbyLamps
 from ..direct.shadows import Shadows
-from ..lights.light import SHADOW_DIMENSIONS, Light, Surroundings
+from ..lights.light import SHADOW_DIMENSIONS, Light, Surroundings, is_lamp
 from ..rays import RayCaster
 from ..rows import Rows
 from ..sampling import cosine_hemisphere
@@ -38,7 +38,7 @@ class ReflectedLight:
     def __init__(self, scene: Scene, caster: RayCaster, lights: Sequence[Light], records: RecordFinder, bounces: int):
         self._caster, self._records, self._bounces = caster, records, bounces
         self._shadows = Shadows(scene, caster)
-        self._surroundings = [light for light in lights if hasattr(light, "met")]
+        self._surroundings = [light for light in lights if not is_lamp(light)]
         # What surfaces send on of the light on the side that is met, and on the other one.
         self._sides = [_Side.of(1.0, scene.albedo, caster)]
         if scene.translucency is not None:

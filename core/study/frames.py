@@ -11,8 +11,7 @@ from ..discs import TangentDiscs
 from ..gatherers.outer_spheres import sphere_around
 from ..sampling import cosine_hemisphere
 from ..segments import Segments
-from ..space_filling import mean_spacing
-from .fields import uniform_points
+from .fields import mean_spacing, uniform_points
 from .scene import StudyScene
 
 #: How far the object goes from frame to frame, in radii of the scene.

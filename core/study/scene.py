@@ -9,7 +9,7 @@ import numpy as np
 from ..bounds import Bounds
 from ..discs import TangentDiscs
 from ..segments import Segments
-from ..space_filling import mean_spacing
+from .fields import mean_spacing
 
 
 @dataclass(frozen=True)

@@ -53,14 +53,6 @@ def share_through(radius, around):
     return np.minimum(np.asarray(radius) / around, 1.0) ** 2
 
 
-def front_share(radius, around):
-    """Share of those lines that cross a disc's front, d^2 / 4 r0^2.
-
-    A flat set's surface is twice its area, 2 pi d^2 over 4 pi r0^2, and half of those that meet it come from behind.
-    """
-    return share_through(radius, around) / 4.0
-
-
 def rebuild_cost(q, dimension: float):
     """Cost of making spheres over Q, up to a factor: the sum over the levels of spheres made times their parent's list.
 

@@ -20,7 +20,7 @@ from ..direct.shadows import Shadows
 from ..direct.spots import Spots
 from ..gather.records import RecordFinder
 from ..gather.reflected_light import MOST_FOLLOWED, ReflectedLight, Ways
-from ..lights.light import SHADOW_DIMENSIONS, Light, Surroundings
+from ..lights.light import SHADOW_DIMENSIONS, Light, Surroundings, is_lamp
 from ..parallel import ordered_map, slices
 from ..random_streams import random_stream
 from ..rays import Hits, RayCaster
@@ -51,7 +51,7 @@ class Surfaces:
     @classmethod
     def of(cls, scene: Scene, caster: RayCaster, lights: Sequence[Light]) -> Surfaces:
         """Of ``scene`` with its ``lights``."""
-        return cls(Shadows(scene, caster), [light for light in lights if hasattr(light, "met")])
+        return cls(Shadows(scene, caster), [light for light in lights if not is_lamp(light)])
 
 
 @dataclass(frozen=True)

@@ -35,11 +35,12 @@ class DiscIndex(PatchSearch):
 
     def __init__(self, discs: TangentDiscs, halves: Halves | None = None):
         tree = BalancedTree.over(discs.centres, sides(discs), LEAF, halves)
-        super().__init__(discs, tree.order, SEGMENTS)
+        ordered = discs.taken(tree.order)
+        super().__init__(ordered, tree.order, SEGMENTS)
         if len(discs) == 0:
             return
         leaves = tree.leaves
-        self._patch(np.arange(len(discs)), tree.start[leaves])
+        self._patch(ordered, np.arange(len(discs)), tree.start[leaves])
         self._child, self._roots = tree.child, np.arange(tree.levels[1])
         self._leaf = np.full(len(tree.child), -1)
         self._leaf[leaves] = np.arange(len(leaves))

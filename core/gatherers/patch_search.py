@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
 
 import numpy as np
@@ -19,11 +20,11 @@ from .streams import in_lanes, portions
 PAIRS = 1 << 13  # tested together, so that their rows stay in the processor's cache
 
 
-class PatchSearch:
+class PatchSearch(ABC):
     """A gatherer whose :meth:`_stretches` tell where segments may cross which patches of discs.
 
-    discs  the TangentDiscs to search
-    order  (N,) their rows, as this search counts them
+    discs  the TangentDiscs to search, in the order of this search
+    order  (N,) their rows, as they were given
     chunk  most segments that are searched together
     """
 
@@ -31,14 +32,13 @@ class PatchSearch:
         self._order, self._chunk = order, chunk
         if len(discs):
             self._frame = frame_around(discs)
-            self._discs = discs = discs.taken(order)
             # One row of eight for each disc, which is fetched at once; the last is padding.
             padding = np.zeros(len(discs))
             self._rows = np.column_stack([discs.centres, discs.normals, discs.radii, padding])
 
-    def _patch(self, member: np.ndarray, start: np.ndarray) -> None:
-        """Let patches begin at ``start`` (K,) in ``member`` (E,), rows of the discs in the search's order."""
-        self._patches = DiscPatches.of(self._frame, self._discs, member.astype(np.int32), start)
+    def _patch(self, discs: TangentDiscs, member: np.ndarray, start: np.ndarray) -> None:
+        """Let patches begin at ``start`` (K,) in ``member`` (E,), rows of the ``discs``, which are as above."""
+        self._patches = DiscPatches.of(self._frame, discs, member.astype(np.int32), start)
 
     def crossings(self, segments: Segments, counts: Counts | None = None) -> Iterator[Crossings]:
         """Yield all crossings of ``segments``, each pair once, in chunks of bounded size."""
@@ -74,9 +74,9 @@ class PatchSearch:
             found.append(begin + hit.nonzero()[0])
         return np.concatenate(found)
 
+    @abstractmethod
     def _stretches(self, pieces: Pieces, counts: Counts | None) -> Iterator[Stretches]:
         """Where along which of the ``pieces`` of segments which patch may be crossed, in blocks of bounded size.
 
         No pair of a piece and a disc comes twice.
         """
-        raise NotImplementedError

@@ -50,17 +50,19 @@ class SphereCache(PatchSearch):
             raise InvalidSettingError(f"The ratio of the Sphere Cache's radii must be between 0 and 1, not {q:g}.")
         if last_radius is not None and not last_radius > 0.0:
             raise InvalidSettingError(f"The last sphere's radius must be greater than 0 m, not {last_radius:g}.")
-        super().__init__(discs, curve_order(discs.centres) if sort else np.arange(len(discs)), SEGMENTS)
+        order = curve_order(discs.centres) if sort else np.arange(len(discs))
+        discs = discs.taken(order)
+        super().__init__(discs, order, SEGMENTS)
         if len(discs) == 0:
             return
         self._short, self.q = short, q
         self.last_radius = last_radius if last_radius is not None else 1.5 * float(np.median(discs.radii))
-        plan = self._plan = SpherePlan.of(self._discs.centres, self._discs.radii, q, self.last_radius)
+        plan = self._plan = SpherePlan.of(discs.centres, discs.radii, q, self.last_radius)
         self._centre = self._frame.local(plan.centre).T.astype(np.float32)
         reach = plan.radius / self._frame.unit * (1.0 + 1e-5) + 2.0 * MARGIN
         self._reach = (reach * reach).astype(np.float32)
         count = self._served = plan.end - plan.begin
-        self._patch(expanded(plan.begin, count)[1], np.cumsum(count) - count)
+        self._patch(discs, expanded(plan.begin, count)[1], np.cumsum(count) - count)
 
     def _stretches(self, pieces: Pieces, counts: Counts | None) -> Iterator[Stretches]:
         """Walk the plan depth first and yield the entries of the lists that serve discs, many lists together."""

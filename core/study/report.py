@@ -108,7 +108,7 @@ def _claims(figures: dict) -> list[list[str]]:
         time, work = (_spacings(cross[key], cross) for key in ("seconds", "work"))
         rows.append([
             "Large discs favour the Sphere Cache",
-            f"{name}: from {time} by time, {work} by comparisons",
+            f"{name}: {time} by time, {work} by comparisons",
             _held(cross["seconds"] is not None),
         ])  # fmt: skip
     for kind, best in figures["q_optimum"].items():
@@ -168,7 +168,7 @@ def _claims(figures: dict) -> list[list[str]]:
 
 
 def _spacings(value: float | None, cross: dict) -> str:
-    return f"nowhere up to {cross['measured up to']:.2g} spacings" if value is None else f"{value:.2g} spacings"
+    return f"nowhere up to {cross['measured up to']:.2g} spacings" if value is None else f"from {value:.2g} spacings on"
 
 
 def _sizes(value: float | None) -> str:

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..gatherers.ranges import blocks
 from ..irradiance import Irradiance
 from ..lights.light import Light
 from ..parallel import ordered_map
 from ..random_streams import random_stream
+from ..ranges import blocks
 from ..rays import RayCaster
 from ..scene import Scene
 from ..settings import BakeSettings

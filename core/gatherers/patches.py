@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..parallel import ordered_map
+from ..ranges import blocks, expanded_blocks
 from ..rows import Rows
 from .counts import Counts
 from .local_frame import MARGIN, LocalFrame, Pieces
-from .ranges import blocks, expanded_blocks
 
 RECORDS = 1 << 14  # stretches looked at together, so that their columns stay in the processor's cache
 CANDIDATES = 1 << 16  # and pairs

@@ -8,12 +8,12 @@ import numpy as np
 
 from ..discs import TangentDiscs
 from ..errors import InvalidSettingError
+from ..ranges import expanded
 from ..space_filling import curve_order
 from .counts import Counts
 from .local_frame import MARGIN, Pieces
 from .patch_search import PatchSearch
 from .patches import Stretches
-from .ranges import expanded
 from .sphere_plan import SpherePlan
 
 SEGMENTS = 1 << 17  # most whose lists are kept at the same time

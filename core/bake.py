@@ -20,6 +20,7 @@ from .fit.vertex_fit import VertexFit
 from .gather.record_light import RecordLight
 from .gather.records import WIDTH, Records, scouted
 from .gatherers.choose import make_gatherer
+from .gatherers.gatherer import Gatherer
 from .irradiance import Irradiance
 from .photons.distant_light import wanted_box
 from .photons.emission import lights_of
@@ -28,8 +29,7 @@ from .photons.photon_journal import PhotonJournal
 from .photons.photon_light import PhotonLight, PhotonSearch
 from .photons.tracing import PhotonTracer
 from .points import Points
-from .radius import ChosenRadius, check_radius, chosen_radius
-from .random_streams import random_stream
+from .radius import check_radius, chosen_radius
 from .rays import RayCaster
 from .refinement import Refinement, first_rounds, look_in_every
 from .result import BakeResult, Progress
@@ -42,9 +42,6 @@ if TYPE_CHECKING:
 
 Result = TypeVar("Result")
 Stage = Generator[Progress, None, Result]
-
-#: Particles whose segments tell which gatherer is the fastest.
-SAMPLE_PHOTONS = 1 << 11
 
 
 def baked(scene: Scene, points: Points, settings: BakeSettings | None = None) -> BakeResult:
@@ -70,8 +67,8 @@ def bake(
 class Baking:
     """A bake as it goes on: its stages, each of which leaves to the next ones what it has found.
 
-    A ``journal`` keeps what its photons do. Attributes, once :meth:`place_discs` is done: ``disc``, the radius at the
-    points themselves, ``tracer``, and in ``tracing`` what that was made of beside the scene; at the end also
+    A ``journal`` keeps what its photons do. Attributes, once :meth:`place_discs` is done: ``radius``, metres, of discs
+    at the points themselves, ``tracer``, and in ``tracing`` what that was made of beside the scene; at the end also
     ``common_rounds`` of rays, which all points cast.
     """
 
@@ -168,11 +165,10 @@ class Baking:
         kinds = self._kinds()
         yield Progress("Choosing the radius", 0.0)
         with self._stopwatch("radius"):
-            if settings.radius is not None:
-                self.disc = ChosenRadius(settings.radius, settings.expected_photons)
-            else:
+            self.radius = settings.radius
+            if self.radius is None:
                 found = self._by_rays.value
-                self.disc = chosen_radius(scene, caster, points.centres, points.normals, settings, found, kinds)
+                self.radius = chosen_radius(scene, caster, points.centres, points.normals, settings, found, kinds)
         with self._stopwatch("trace"):
             looking = self.records.looking if self.gathers else (self.places.origins, points.normals)
             seen = None
@@ -180,14 +176,14 @@ class Baking:
                 seen = seen_shares(self.shining, Shadows(scene, caster), *looking, settings.seed)
             # Light that is to be reflected must meet a surface there; discs, which find the direct light, stick out.
             box = None if self._by_photons else wanted_box(looking[0], scene.bounds)
-            reach = max(self.disc.radius, self.records.radius if self.records is not None else 0.0)
+            reach = max(self.radius, self.records.radius if self.records is not None else 0.0)
             bounds = scene.bounds.expanded(2 * reach)
             self.tracing = bounds, self._bounces, self._by_photons, seen, box
             tracer = PhotonTracer(scene, caster, *self.tracing)
             self.tracer = tracer if self._journal is None else tracer.keeping_all()
             self._emitted = self.tracer.emitted_flux
         if kinds:
-            discs = TangentDiscs.of_radius(points.centres, points.normals, self.disc.radius)
+            discs = TangentDiscs.of_radius(points.centres, points.normals, self.radius)
             if self._plain:
                 parts = whole_discs(discs)
             else:
@@ -238,8 +234,7 @@ class Baking:
         """Trace so many ``photons`` more."""
         done = self.photons.particles
         if done == 0:
-            likely = refinement.likely(self.disc.photons if self.searches else photons)
-            self._names = self._choose_gatherers(likely)
+            self._make_gatherers()
             yield Progress("Tracing photons", refinement.fraction)
         elif self.gathers:
             looking = self._stopwatch.timed("shadow", self.records.look_at_lights(photons / done))
@@ -249,20 +244,15 @@ class Baking:
         if self.gathers:
             self.records.update()
 
-    def _choose_gatherers(self, likely: int) -> tuple[str, str]:
-        """Choose the searches' gatherers for so many ``likely`` photons; the last one's name and why."""
-        settings, searches = self._settings, self.photons.searches
+    def _make_gatherers(self) -> None:
+        """Make the searches' gatherers, one for all of the same discs."""
         with self._stopwatch("gather"):
-            sample = self.tracer.trace(SAMPLE_PHOTONS, random_stream(settings.seed, "sample")).segments
-            for search in searches:
-                some = sample.of_kind(search.kind)
-                expected = max(1, search.count(likely) * len(some) // SAMPLE_PHOTONS)
-                same = (s.gatherer for s in searches if s.gatherer is not None and s.placed is search.placed)
-                search.gatherer = next(same, None)
-                if search.gatherer is None:
-                    search.gatherer, reason = make_gatherer(settings.gatherer, search.placed.discs, expected, some)
-                    names = search.gatherer.name, reason
-        return names
+            made: dict[int, Gatherer] = {}
+            for search in self.photons.searches:
+                if id(search.placed) not in made:
+                    gatherer, reason = make_gatherer(self._settings.gatherer, search.placed.discs)
+                    made[id(search.placed)], self._names = gatherer, (gatherer.name, reason)
+                search.gatherer = made[id(search.placed)]
 
     def _part(self, kind: str) -> Irradiance:
         """That ``kind`` of light by discs at the points themselves."""
@@ -300,7 +290,7 @@ class Baking:
 
     def _result(self, direct: Irradiance, indirect: Irradiance, seen: Irradiance, hidden: np.ndarray) -> BakeResult:
         photons, records = self.photons, self.records
-        radius = self.disc.radius if self.searches else records.radius if records is not None else 0.0
+        radius = self.radius if self.searches else records.radius if records is not None else 0.0
         return BakeResult(
             direct=direct,
             indirect=indirect,

@@ -22,20 +22,6 @@ def crosses(origins, ends, centres, normals, radii) -> np.ndarray:
     the segment passes the rim within 32 u (|w| + d)/cos of it, or an end of the segment lies within 8 u (|w| + |s|)
     of the plane, or cos is less than 8 u.
     """
-    return _tested(origins, ends, centres, normals, radii)[0]
-
-
-def crossing_times(origins, ends, centres, normals, radii) -> tuple[np.ndarray, np.ndarray]:
-    """What :func:`crosses` says, and the place t = (w.n)/(s.n) of each crossing along its segment.
-
-    t is in 0..1 where the segment crosses, and means nothing elsewhere. Equal pairs give equal bits.
-    """
-    hit, facing, height = _tested(origins, ends, centres, normals, radii)
-    with np.errstate(all="ignore"):
-        return hit, height / facing
-
-
-def _tested(origins, ends, centres, normals, radii):
     # Component by component: whole columns are read at once when the caller's rows are transposed views.
     sx, sy, sz = (ends[..., axis] - origins[..., axis] for axis in range(3))
     wx, wy, wz = (centres[..., axis] - origins[..., axis] for axis in range(3))
@@ -48,5 +34,4 @@ def _tested(origins, ends, centres, normals, radii):
     reach = radii * facing
     # A difference and not a comparison: that of two infinities is NaN, which is no crossing.
     room = reach * reach - (dx * dx + dy * dy + dz * dz)
-    hit = (facing < 0) & (height <= 0) & (height >= facing) & (room >= 0)
-    return hit, facing, height
+    return (facing < 0) & (height <= 0) & (height >= facing) & (room >= 0)

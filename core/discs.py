@@ -8,10 +8,11 @@ import numpy as np
 
 from .checks import float_rows, unit_rows
 from .errors import InvalidArrayError, InvalidSettingError
+from .rows import Rows
 
 
 @dataclass(frozen=True)
-class TangentDiscs:
+class TangentDiscs(Rows):
     """Discs tangent to the surface at the estimation points.
 
     centres  (N, 3) metres
@@ -44,17 +45,7 @@ class TangentDiscs:
             raise InvalidSettingError(f"The disc radius must be a finite number above 0 m, not {radius:g}.")
         return cls(centres, normals, np.full(len(centres), float(radius)))
 
-    def __len__(self) -> int:
-        return len(self.centres)
-
     @property
     def areas(self) -> np.ndarray:
         """Area (N,) of each disc in square metres."""
         return np.pi * self.radii**2
-
-    def taken(self, rows) -> TangentDiscs:
-        """The discs of the given rows (index array, slice or mask), the same to the bit: checked once is enough."""
-        some = object.__new__(TangentDiscs)
-        for name in ("centres", "normals", "radii"):
-            object.__setattr__(some, name, getattr(self, name)[rows])
-        return some

@@ -2,7 +2,7 @@
 
 The error e asks for about 1 / e^2 crossings of each disc, whatever the scene: their number, the photons, the rays and
 the points are what a bake spends its time on. The automatic radius sees to it that the photons bring these crossings.
-Reference seconds become this machine's by core/unit_costs.py.
+Reference seconds become this machine's by core/machine.py.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .machine import this_machine
 from .settings import BakeSettings, error_for, photons_for
-from .unit_costs import this_machine
 
 #: Reference seconds of one processor for each point (reading, placing and writing), shadow ray, photon and crossing.
 POINT, RAY, PHOTON, CROSSING = 1.0e-4, 1.0e-6, 4.0e-6, 2.5e-7

@@ -7,6 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
+from .rows import Rows
+
 #: Most points from which the one number is computed: more would not change it by a hundredth.
 SAMPLE = 1 << 15
 
@@ -22,7 +24,7 @@ SURE, FEW = 2e-3, 0.01
 
 
 @dataclass(frozen=True)
-class Irradiance:
+class Irradiance(Rows):
     """Irradiance at N points, and how sure it is.
 
     value           (N, 3) W/m^2, RGB
@@ -53,7 +55,7 @@ class Irradiance:
 
     def error_among(self, some: np.ndarray) -> float:
         """The same of ``some`` (N,) of the points alone."""
-        return Irradiance(self.value[some], self.standard_error[some]).relative_error
+        return self.taken(some).relative_error
 
     @property
     def doubtful(self) -> np.ndarray:

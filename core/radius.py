@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from .discs import TangentDiscs
 from .errors import InvalidSettingError
 from .estimator.estimate import Accumulator
 from .estimator.visible_area import whole_discs
-from .gatherers.choose import make_gatherer
+from .gatherers.disc_index import DiscIndex
 from .irradiance import Irradiance
 from .photons.tracing import PhotonTracer
 from .random_streams import random_stream
@@ -53,14 +52,6 @@ def check_radius(radius: float, scene: Scene) -> None:
         )
 
 
-@dataclass(frozen=True)
-class ChosenRadius:
-    """The ``radius`` of all discs, metres, and the ``photons`` that the bake is likely to need with it."""
-
-    radius: float
-    photons: int
-
-
 def chosen_radius(
     scene: Scene,
     caster: RayCaster,
@@ -69,8 +60,8 @@ def chosen_radius(
     settings: BakeSettings,
     direct: np.ndarray,
     kinds: Sequence[str],
-) -> ChosenRadius:
-    """The radius at which the expected photons give the settings' error at the median lit point.
+) -> float:
+    """The radius, metres, at which the expected photons give the settings' error at the median lit point.
 
     A pilot trace measures the relative error e0 with n0 particles at radius d0. The flux through a disc
     grows as d^2 n, hence e = e0 (d0/d) sqrt(n0/n), solved for d. ``direct`` (N, 3) W/m^2, which shadow rays have found,
@@ -81,7 +72,7 @@ def chosen_radius(
     size = min(scene.bounds.radius, caster.size)
     pilot_radius = PILOT_SHARE * size
     if not kinds:
-        return ChosenRadius(pilot_radius, 0)
+        return pilot_radius
     generator = random_stream(settings.seed, "radius")
     rows = np.arange(len(centres))
     if len(rows) > PILOT_POINTS:
@@ -94,8 +85,7 @@ def chosen_radius(
     segments = segments.of_kind("caustic") if kinds == ["caustic"] else segments
     traced = time.perf_counter()
     accumulator = Accumulator(placed.discs, segments, PILOT_PHOTONS, placed.area)
-    gatherer, _ = make_gatherer("disc-index", placed.discs, len(segments), segments)
-    for crossings in gatherer.crossings(segments):
+    for crossings in DiscIndex(placed.discs).crossings(segments):
         accumulator.add(crossings)
     light = accumulator.estimate().irradiance
     error = light.relative_error
@@ -109,10 +99,6 @@ def chosen_radius(
         target = error_for(photons)
     target *= NOISE_SHARE
     if not (np.isfinite(error) and error > 0):
-        return ChosenRadius(pilot_radius, photons)
+        return pilot_radius
     wanted = pilot_radius * error / target * np.sqrt(PILOT_PHOTONS / photons)
-    radius = float(np.clip(wanted, SMALLEST_SHARE * size, LARGEST_SHARE * size))
-    if settings.aimed_noise is not None:
-        # What the radius may not do photons have to.
-        photons = round(min(photons * (wanted / radius) ** 2, settings.most_photons))
-    return ChosenRadius(radius, max(1, photons))
+    return float(np.clip(wanted, SMALLEST_SHARE * size, LARGEST_SHARE * size))

@@ -6,7 +6,7 @@ import numpy as np
 
 #: What random numbers are for, in the order of their streams. New ones go to the end, and one that is no longer
 #: used leaves its place, lest seeds give other light.
-USES = ("radius", "photons", "rays", "", "scouts", "records", "shares", "places", "sample", "views", "changes")
+USES = ("radius", "photons", "rays", "", "scouts", "records", "shares", "places", "", "views", "changes")
 
 
 def random_stream(seed: int, use: str, *key: int) -> np.random.Generator:

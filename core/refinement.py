@@ -252,10 +252,6 @@ class Refinement:
             self._due = max(min(self._rays.done // 2, MOST_ROUNDS_PER_STEP), 1)
         return step
 
-    def likely(self, photons: int) -> int:
-        """So many ``photons`` were planned; as many of them as the time that is left is likely to allow."""
-        return photons if np.isinf(self._left) else int(np.clip(self._left / _PHOTON, 0, photons))
-
     @property
     def fraction(self) -> float:
         """The share done, 0..1, of what the settings ask for."""

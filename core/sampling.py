@@ -7,7 +7,7 @@ import numpy as np
 from .bounds import Bounds
 
 #: The largest float64 below one, so that a rescaled uniform stays inside [0, 1).
-_BELOW_ONE = np.nextafter(1.0, 0.0)
+BELOW_ONE = np.nextafter(1.0, 0.0)
 
 #: Steps of a lattice of rank one: any number of its first points covers the unit square evenly.
 LATTICE = np.array([0.7548776662466927, 0.5698402909980532])
@@ -128,6 +128,28 @@ def choose(cumulative: np.ndarray, uniforms: np.ndarray) -> tuple[np.ndarray, np
     return chosen, _rescaled(scaled - start, cumulative[chosen] - start)
 
 
+def running_shares(weights: np.ndarray) -> np.ndarray:
+    """Running sums (K * C,) over each row of ``weights`` (K, C) >= 0, as shares of all of it: each row's go on from its
+    number, so that all together ascend."""
+    ends = np.cumsum(weights, axis=1)
+    ends /= ends[:, -1:]
+    return (ends + np.arange(len(ends))[:, None]).ravel()
+
+
+def choose_in_rows(
+    ends: np.ndarray, columns: int, row: np.ndarray, uniforms: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Choose in proportion to the weights of each ``row`` (P,), given as :func:`running_shares` over ``columns``.
+
+    Returns the chosen place (P,) among ``ends``, that is row * columns + column, for each of ``uniforms`` (P,), and
+    the uniforms rescaled within the choice.
+    """
+    target = row + uniforms
+    place = np.clip(np.searchsorted(ends, target, side="right"), row * columns, row * columns + (columns - 1))
+    start = np.where(place % columns > 0, ends[place - 1], row)
+    return place, _rescaled(target - start, ends[place] - start)
+
+
 def face_points(bounds: Bounds, axis: np.ndarray, upper: np.ndarray, uniforms: np.ndarray) -> np.ndarray:
     """Points (P, 3) uniform on faces of a box: perpendicular to ``axis`` (P,), at its ``upper`` end (P,) or the lower.
 
@@ -164,7 +186,7 @@ def box_entry(bounds: Bounds, directions: np.ndarray, uniforms: np.ndarray) -> n
 
 def _rescaled(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
     """``part / whole`` inside [0, 1); zero where the whole is zero."""
-    return np.clip(np.divide(part, whole, out=np.zeros_like(part), where=whole > 0.0), 0.0, _BELOW_ONE)
+    return np.clip(np.divide(part, whole, out=np.zeros_like(part), where=whole > 0.0), 0.0, BELOW_ONE)
 
 
 def hemisphere_uniforms(flat: np.ndarray) -> np.ndarray:

@@ -6,9 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .rows import Rows
+
 
 @dataclass(frozen=True)
-class Segments:
+class Segments(Rows):
     """Straight pieces of photon paths, from an emission or reflection to the next surface or out of the scene.
 
     origins  (S, 3) metres
@@ -27,22 +29,14 @@ class Segments:
     particle: np.ndarray | None = None
     caustic: np.ndarray | None = None
 
-    def __len__(self) -> int:
-        return len(self.origins)
+    @classmethod
+    def between(cls, origins: np.ndarray, ends: np.ndarray) -> Segments:
+        """From ``origins`` to ``ends`` (S, 3) m, for a search of which only the crossings matter."""
+        return cls(origins, ends, np.ones((len(origins), 3)), np.zeros(len(origins), np.uint16))
 
     def weighted(self, weight: float) -> Segments:
         """The same segments with their flux multiplied by ``weight``."""
         return replace(self, flux=self.flux * weight)
-
-    def taken(self, rows) -> Segments:
-        """The segments of the given rows (index array, slice or mask)."""
-        arrays = self.origins, self.ends, self.flux, self.bounce, self.particle, self.caustic
-        if isinstance(rows, slice):
-            return Segments(*(None if array is None else array[rows] for array in arrays))
-        rows = np.asarray(rows)
-        # Rows of three numbers are fetched several times faster so than by array[rows].
-        rows = np.flatnonzero(rows) if rows.dtype == bool else rows
-        return Segments(*(None if array is None else array.take(rows, axis=0) for array in arrays))
 
     def spread(self, count: int) -> Segments:
         """``count`` of them, at most all, evenly from the first to the last: those of one light follow each other."""
@@ -64,12 +58,3 @@ class Segments:
         if kind == "caustic":
             return self.taken(np.zeros(0, np.int64) if self.caustic is None else self.caustic)
         return self.direct if kind == "direct" else self.indirect
-
-    @staticmethod
-    def joined(parts: list[Segments]) -> Segments:
-        """All segments of ``parts`` in their order; ``parts`` holds at least one."""
-        names = ["origins", "ends", "flux", "bounce"]
-        for name in ("particle", "caustic"):
-            if all(getattr(part, name) is not None for part in parts):
-                names.append(name)
-        return Segments(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})

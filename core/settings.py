@@ -71,17 +71,16 @@ class BakeSettings:
     seconds: float | None = None
 
     def __post_init__(self):
-        if self.quality not in QUALITIES:
-            raise InvalidSettingError(f"Unknown quality '{self.quality}': choose {', '.join(QUALITIES)}.")
-        if self.gatherer not in GATHERERS:
-            raise InvalidSettingError(f"Unknown gatherer '{self.gatherer}': choose {', '.join(GATHERERS)}.")
-        if self.estimator not in ESTIMATORS:
-            raise InvalidSettingError(f"Unknown estimator '{self.estimator}': choose {', '.join(ESTIMATORS)}.")
-        if self.direct is not None and self.direct not in DIRECT_LIGHT:
-            raise InvalidSettingError(f"Unknown way to direct light '{self.direct}': choose {', '.join(DIRECT_LIGHT)}.")
-        if self.indirect is not None and self.indirect not in INDIRECT_LIGHT:
-            ways = ", ".join(INDIRECT_LIGHT)
-            raise InvalidSettingError(f"Unknown way to indirect light '{self.indirect}': choose {ways}.")
+        for what, chosen, allowed in (
+            ("quality", self.quality, QUALITIES),
+            ("gatherer", self.gatherer, GATHERERS),
+            ("estimator", self.estimator, ESTIMATORS),
+            ("way to direct light", self.direct, (None, *DIRECT_LIGHT)),
+            ("way to indirect light", self.indirect, (None, *INDIRECT_LIGHT)),
+        ):
+            if chosen not in allowed:
+                choices = ", ".join(filter(None, allowed))
+                raise InvalidSettingError(f"Unknown {what} '{chosen}': choose {choices}.")
         if self.estimator == "plain" and self.indirect == "gather":
             raise InvalidSettingError(
                 "The plain estimator counts whole discs at the points themselves: leave gathering to the visible one."

@@ -1,4 +1,4 @@
-"""The Morton curve through points: an order that keeps neighbours together, and how far apart they lie."""
+"""The Morton curve through points: an order that keeps neighbours together."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _SPREAD = (
 def morton_codes(points: np.ndarray) -> np.ndarray:
     """Place (N,) uint64 of each of ``points`` (N, 3) along the Morton curve through their bounding cube."""
     codes = np.zeros(len(points), np.uint64)
-    side = _cube_side(points)
+    side = cube_side(points)
     if side == 0.0:
         return codes
     lower = points.min(axis=0)
@@ -34,27 +34,6 @@ def curve_order(points: np.ndarray) -> np.ndarray:
     return np.argsort(morton_codes(points), kind="stable")
 
 
-def mean_spacing(points: np.ndarray) -> float:
-    """How far apart neighbours of ``points`` (N, 3) lie on average, in metres; 0 when all are in one place.
-
-    That is the side of the cubes that hold two of the points each on average, over the side that points
-    strewn with one per unit of area need for it. For thousands of points on surfaces it is within a fifth
-    of sqrt(area / N). Points in the same place count as one: the corners of a mesh's faces share theirs.
-    """
-    # Sorted first: np.unique may go by hashes, which takes twenty times as long.
-    codes = np.sort(morton_codes(points))
-    codes = codes[np.diff(codes, prepend=codes[:1] + np.uint64(1)) != 0]
-    if len(codes) < 2:
-        return 0.0
-    # Mean number in a cube, which doubles its side from one entry to the next.
-    held, cubes = [1.0], codes
-    while held[-1] < 2.0:
-        cubes = cubes >> np.uint64(3)
-        cubes = cubes[np.diff(cubes, prepend=cubes[:1] + np.uint64(1)) != 0]
-        held.append(len(codes) / len(cubes))
-    doublings = np.interp(np.log(2.0), np.log(held), np.arange(float(len(held))))
-    return float(_cube_side(points) * 2.0 ** (doublings - BITS) / 1.3)
-
-
-def _cube_side(points: np.ndarray) -> float:
+def cube_side(points: np.ndarray) -> float:
+    """The side of the cube around ``points`` (N, 3), metres; 0 without any."""
     return float((points.max(axis=0) - points.min(axis=0)).max()) if len(points) else 0.0

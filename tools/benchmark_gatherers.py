@@ -14,7 +14,6 @@ import argparse
 import platform
 import sys
 import time
-from functools import partial
 
 import numpy as np
 from detp.core import parallel
@@ -38,8 +37,7 @@ BOXES = np.array(
     ]
 )
 GATHERERS = {
-    "disc-index, grid": partial(DiscIndex, index="grid"),
-    "disc-index, tree": partial(DiscIndex, index="tree"),
+    "disc-index": DiscIndex,
     "sphere-cache": SphereCache,
     "brute-force": BruteForce,
 }

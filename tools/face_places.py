@@ -7,7 +7,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 from cycles_places import clearance, light_at
-from detp.core.estimator.enclosure import Enclosure
+from detp.core.estimator.enclosure import enclosed
 from detp.core.rays import RayCaster
 from detp.core.sampling import cosine_hemisphere, triangle
 from detp.core.triangles import normals_and_areas
@@ -121,7 +121,7 @@ def seen(caster: RayCaster, positions: np.ndarray, facing: np.ndarray) -> np.nda
     for _ in range(RAYS):
         directions = cosine_hemisphere(facing, generator.random((len(positions), 2)))
         free += ~caster.occluded(origins, directions, reach)
-    return (free >= FREE_SHARE * RAYS) & ~Enclosure(caster).enclosed(origins, facing)
+    return (free >= FREE_SHARE * RAYS) & ~enclosed(caster, origins, facing)
 
 
 def drawn_places(count: int) -> tuple[Places, np.ndarray]:

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..gatherers.ranges import blocks
 from ..irradiance import Irradiance
 from ..lights.light import Light
 from ..parallel import ordered_map
 from ..random_streams import random_stream
+from ..ranges import blocks
 from ..rays import RayCaster
 from ..scene import Scene
 from ..settings import BakeSettings
@@ -23,7 +23,7 @@ from .cast_piece import CastPiece
 from .direction_guide import DirectionGuide, DirectionSums
 from .learnt_sums import LearntSums
 from .looks import Reflections
-from .nearby_light import NearbyLight
+from .nearby_lamps import NearbyLamps
 from .point_groups import PointGroups
 from .round_plan import planned
 from .round_sums import RoundSums
@@ -179,7 +179,7 @@ class DirectLight:
 
     @property
     def group(self) -> np.ndarray:
-        """Of :attr:`nearby` the group (N,) that each point belongs to."""
+        """Of :attr:`nearby_lamps` the group (N,) that each point belongs to."""
         return self._groups.group.take(self._place)
 
     def _direct(self, light: np.ndarray) -> np.ndarray:
@@ -221,7 +221,7 @@ class DirectLight:
         """Cast the rays of these ``groups``, side by side."""
         if self._crew is not None:
             return self._crew.cast(self, groups, begin, plan)
-        nearby = self._nearby_lamps()
+        nearby = None if self._followed is None else self.nearby_lamps
         return ordered_map(lambda part: self._cast(part, begin, plan, nearby), groups)
 
     def piece(self, part: slice, begin: int, plan: tuple[np.ndarray, np.ndarray]) -> CastPiece:
@@ -254,7 +254,7 @@ class DirectLight:
         every = slice(0, len(piece.groups.start) - 1)
         light._first = piece.first
         light._load(piece)
-        light._cast(every, piece.begin, piece.rounds, light._nearby_lamps())
+        light._cast(every, piece.begin, piece.rounds, light.nearby_lamps if piece.gathers else None)
         return light._state(every)[0]
 
     def take(self, part: slice, brought: tuple) -> None:
@@ -308,22 +308,10 @@ class DirectLight:
     def _sums(self) -> tuple[LearntSums, LearntSums, LearntSums]:
         return self._by_lamps, self._by_surroundings, self._reflected
 
-    def _nearby_lamps(self) -> NearbyLight | None:
-        """The lamps alone as they are seen from places near the points; rays by chance meet the rest.
-
-        None where no rays are followed on.
-        """
-        if self._followed is None:
-            return None
-        return self._near(self._followed).of_lamps()
-
     @property
-    def nearby(self) -> NearbyLight:
-        """Light at places near the points, by what their :class:`.PointGroups` have learnt so far."""
-        return self._near(self._lights)
-
-    def _near(self, lights: SceneLights) -> NearbyLight:
-        return lights.nearby(self._exact, self._by_lamps.plain_mean(), self._by_surroundings.plain_mean())
+    def nearby_lamps(self) -> NearbyLamps:
+        """The lamps from places near the points, by what their :class:`.PointGroups` have learnt so far."""
+        return (self._followed or self._lights).nearby_lamps(self._exact, self._by_lamps.plain_mean())
 
     def _plan(self, begin: int, end: int, other: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
         """Rounds (N,) that each point shall have next, of lamps and of surroundings."""

@@ -14,6 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..sampling import BELOW_ONE, choose_in_rows, running_shares
+
 #: Cells along each side of the square.
 SIDE = 16
 
@@ -25,8 +27,6 @@ LEAST_GAIN = 0.75
 
 #: Consecutive groups, which are neighbours, that may learn together where each alone saw too little.
 TOGETHER = 4
-
-_BELOW_ONE = np.nextafter(1.0, 0.0)
 
 
 class DirectionGuide:
@@ -43,10 +43,7 @@ class DirectionGuide:
 
 @dataclass(frozen=True)
 class DirectionChoice:
-    """Densities (G * SIDE * SIDE,) and their running sums over rows (G * SIDE,) and within rows (G * SIDE * SIDE,).
-
-    Each running sum goes on from the whole number that counts the sums before.
-    """
+    """Densities (G * SIDE * SIDE,), and their running shares over rows (G * SIDE,) and in rows (G * SIDE * SIDE,)."""
 
     density: np.ndarray
     rows: np.ndarray
@@ -56,36 +53,21 @@ class DirectionChoice:
     def over(cls, density: np.ndarray) -> DirectionChoice:
         """By ``density`` (G, SIDE * SIDE)."""
         density = density.astype(np.float64).reshape(-1, SIDE)
-        return cls(density.ravel(), _ends(density.sum(axis=1).reshape(-1, SIDE)), _ends(density))
+        rows = running_shares(density.sum(axis=1).reshape(-1, SIDE))
+        return cls(density.ravel(), rows, running_shares(density))
 
     def warped(self, group: np.ndarray, uniforms: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """``uniforms`` (K, 2) moved to where light is for each ``group`` (K,), and the density (K,) there."""
-        row, first = _chosen(self.rows, group, uniforms[:, 0])
-        column, second = _chosen(self.columns, row, uniforms[:, 1])
+        row, first = choose_in_rows(self.rows, SIDE, group, uniforms[:, 0])
+        column, second = choose_in_rows(self.columns, SIDE, row, uniforms[:, 1])
         places = np.stack([row % SIDE + first, column % SIDE + second], axis=1) / SIDE
-        return np.minimum(places, _BELOW_ONE), self.density[column]
+        return np.minimum(places, BELOW_ONE), self.density[column]
 
 
 def cells(uniforms: np.ndarray) -> np.ndarray:
     """Numbers (K,) of the cells that ``uniforms`` (K, 2) in [0, 1] lie in."""
     row, column = np.minimum((uniforms * SIDE).astype(np.int64), SIDE - 1).T
     return row * SIDE + column
-
-
-def _ends(weights: np.ndarray) -> np.ndarray:
-    ends = np.cumsum(weights, axis=1)
-    ends /= ends[:, -1:]
-    ends[:, -1] = 1.0
-    return (ends + np.arange(len(ends))[:, None]).ravel()
-
-
-def _chosen(ends: np.ndarray, owner: np.ndarray, uniforms: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The entry (K,) of ``ends`` chosen among those of each ``owner`` (K,), and the uniforms (K,) rescaled in it."""
-    target = owner + uniforms
-    found = np.minimum(np.searchsorted(ends, target, side="right"), owner * SIDE + (SIDE - 1))
-    end = ends[found]
-    start = np.where(found > owner * SIDE, ends[found - 1], owner)
-    return found, np.clip((target - start) / (end - start), 0.0, _BELOW_ONE)
 
 
 @dataclass(frozen=True)

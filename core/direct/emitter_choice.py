@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..sampling import choose_in_rows, running_shares
 from .emitters import Emitters
 
 #: Shares of the choice by what was learnt of the ranges' light; by their unshadowed light; by the same without cosine
@@ -25,7 +26,7 @@ class EmitterChoice:
     begin, end  (G, C) the groups' ranges
     light       (K, C) about what each range would bring unshadowed
     share       (K, C) probability of each range
-    ends        (K * C,) running sums of the shares, each point's going on from its number
+    ends        (K * C,) their running shares
     """
 
     emitters: Emitters
@@ -48,23 +49,16 @@ class EmitterChoice:
             share += np.divide(part * weight, total, out=np.zeros_like(weight), where=total > 0.0)
         share[power == 0.0] = 0.0
         share /= share.sum(axis=1, keepdims=True)
-        ends = np.cumsum(share, axis=1)
-        ends /= ends[:, -1:]
-        return cls(emitters, points, group, begin, end, light, share, (ends + np.arange(len(ends))[:, None]).ravel())
+        return cls(emitters, points, group, begin, end, light, share, running_shares(share))
 
     def chosen(self, spot: np.ndarray, uniforms: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """For each ``spot`` (S,) an emitter by ``uniforms`` (S,): its number, the uniforms rescaled, its range's column
         and its probability, each (S,)."""
         columns = self.share.shape[1]
-        target = spot + uniforms
-        place = np.searchsorted(self.ends, target, side="right")
-        place = np.clip(place, spot * columns, spot * columns + (columns - 1))
-        low = np.where(place % columns > 0, self.ends[place - 1], spot)
-        width = self.ends[place] - low
-        rest = np.divide(target - low, width, out=np.zeros_like(target), where=width > 0.0)
+        place, rest = choose_in_rows(self.ends, columns, spot, uniforms)
         column, group = place - spot * columns, self.group[spot]
         begin, end = self.begin[group, column], self.end[group, column]
-        found, rest, part = self.emitters.chosen(begin, end, np.clip(rest, 0.0, 1.0), self.points[spot])
+        found, rest, part = self.emitters.chosen(begin, end, rest, self.points[spot])
         return self.emitters.order[found], rest, column, self.share.ravel()[place] * part
 
     def scale(self, lit: np.ndarray) -> np.ndarray:

@@ -12,6 +12,7 @@ from ..lights.area import AreaLight
 from ..lights.emissive import EmissiveTriangles
 from ..lights.light import Light
 from ..lights.sun import SunLight
+from ..sampling import BELOW_ONE
 from .emitter_ranges import Ranges
 
 #: A difference between unit normals counts as much as that share of the emitters' extent.
@@ -130,7 +131,7 @@ class Emitters:
             rest[rows] = (rest[rows] - np.where(later, first, 0.0)) / share
             probability[rows] *= share
             begin[rows], end[rows] = np.where(later, middle, begin[rows]), np.where(later, end[rows], middle)
-        return begin, np.clip(rest, 0.0, np.nextafter(1.0, 0.0)), probability
+        return begin, np.clip(rest, 0.0, BELOW_ONE), probability
 
     def probability(self, begin: np.ndarray, end: np.ndarray, found: np.ndarray, places: np.ndarray) -> np.ndarray:
         """With which :meth:`chosen` finds what stands at ``found`` (S,) in the order, of those ranges (S,)."""

@@ -13,7 +13,7 @@ from .spots import Spots
 from .triangle_choice import TriangleChoice
 
 if TYPE_CHECKING:
-    from .nearby_light import NearbyLight
+    from .nearby_lamps import NearbyLamps
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Look:
     seen: list[Sightings] | None
     total: np.ndarray
     aims: dict[int, TriangleChoice] = field(default_factory=dict)
-    nearby: NearbyLight | None = None
+    nearby: NearbyLamps | None = None
     first: int = 0
     followed: int = 0
 

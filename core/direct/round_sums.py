@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..gatherers.ranges import blocks
+from ..ranges import blocks
 from .point_groups import PointGroups
 
 #: Rounds of rays, of all points together, that are worked on in one array.

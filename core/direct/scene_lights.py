@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..lights.emissive import EmissiveTriangles
-from ..lights.light import Light
+from ..lights.light import Light, is_lamp
 from .emitters import Emitters
 from .lamp_light import LampLight
 from .learnt_choice import LearntChoice
-from .nearby_light import NearbyLight
+from .nearby_lamps import NearbyLamps
 from .point_groups import PointGroups
 from .shadows import Shadows
 from .spots import Spots
@@ -44,10 +44,10 @@ class SceneLights:
         normals: np.ndarray,
     ):
         points = stands.origins
-        self._groups, self._reach = groups, reach
+        self._groups = groups
         self._centres = np.ascontiguousarray(groups.means(points.T).T[groups.start[:-1]])
-        self._around = [light for light in lights if hasattr(light, "met")]
-        lamps = [light for light in lights if not hasattr(light, "met")]
+        self._around = [light for light in lights if not is_lamp(light)]
+        lamps = [light for light in lights if is_lamp(light)]
         sharp = [lamp for lamp in lamps if lamp.sharp]
         sharp = sharp if len(sharp) <= MOST_SHARP_LAMPS else []
         soft = [lamp for lamp in lamps if lamp not in sharp]
@@ -91,14 +91,12 @@ class SceneLights:
         for learnt in self.learnt:
             learnt.learn()
 
-    def nearby(self, exact: np.ndarray, by_lamps: np.ndarray, by_surroundings: np.ndarray) -> NearbyLight:
-        """Light at places near the points, by what their groups have learnt, and by the light (3, N) that was found of
-        sharp lamps, of soft ones and of surroundings."""
-        lamps = [(self.soft, by_lamps), (self.sharp, exact)]
-        lamps = [(light, found) for light, found in lamps if light is not None]
-        found = [each for _, each in lamps] + [by_surroundings / max(len(self._around), 1)] * len(self._around)
-        brought = np.zeros((len(self._groups.start) - 1, len(found)))
-        for column, light in enumerate(found):
+    def nearby_lamps(self, exact: np.ndarray, by_lamps: np.ndarray) -> NearbyLamps:
+        """The lamps from places near the points, by what their groups have learnt, and by the light (3, N) that was
+        found of sharp lamps and of soft ones."""
+        kinds = [(self.soft, by_lamps), (self.sharp, exact)]
+        kinds = [(lamps, found) for lamps, found in kinds if lamps is not None]
+        brought = np.zeros((len(self._groups.start) - 1, len(kinds)))
+        for column, (_, light) in enumerate(kinds):
             brought[:, column] = np.add.reduceat(np.abs(light).sum(axis=0), self._groups.start[:-1])
-        shining = {id(light): learnt for light, learnt in self._shining}
-        return NearbyLight([light for light, _ in lamps], self._around, shining, self._centres, brought, self._reach)
+        return NearbyLamps([lamps for lamps, _ in kinds], self._centres, brought)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
+from ..rows import Rows
 from ..sampling import combined, disc, frames, hemisphere_uniforms
 
 #: A group's common direction this close to a normal makes no frame with it.
@@ -13,7 +14,7 @@ _ALONG = 0.1
 
 
 @dataclass(frozen=True)
-class Spots:
+class Spots(Rows):
     """K points from which light is looked for.
 
     points, normals  (K, 3) m, and unit vectors
@@ -41,14 +42,6 @@ class Spots:
         length = np.linalg.norm(first, axis=1)
         first = np.where((length > _ALONG)[:, None], first / np.maximum(length, _ALONG)[:, None], frames(normals)[0])
         return cls(points, normals, first, np.cross(normals, first), group, facing)
-
-    def __len__(self) -> int:
-        return len(self.points)
-
-    def taken(self, rows: np.ndarray) -> Spots:
-        """Those ``rows`` alone."""
-        parts = (getattr(self, field.name) for field in fields(self))
-        return Spots(*(part if part is None else part.take(rows, axis=0) for part in parts))
 
     def before(self, directions: np.ndarray) -> np.ndarray | bool:
         """Whether (K,) unit ``directions`` (K, 3) lead to the front of each point's face."""

@@ -8,10 +8,11 @@ from functools import cached_property
 import numpy as np
 
 from ..lights.aim import towards
+from ..rows import Rows
 
 
 @dataclass(frozen=True)
-class Stands:
+class Stands(Rows):
     """Of K points whose irradiance is wanted.
 
     points   (K, 3) metres, where it is wanted
@@ -22,10 +23,6 @@ class Stands:
     points: np.ndarray
     origins: np.ndarray
     facing: np.ndarray | None = None
-
-    def taken(self, rows) -> Stands:
-        """Those ``rows`` (index array or slice) alone."""
-        return Stands(self.points[rows], self.origins[rows], None if self.facing is None else self.facing[rows])
 
     @cached_property
     def aside(self) -> np.ndarray:

@@ -15,7 +15,7 @@ from ..lights.light import Surroundings
 from .direction_guide import DirectionChoice, Sightings
 from .looks import Look, Reflections
 from .low_discrepancy import nets
-from .nearby_light import NearbyLight
+from .nearby_lamps import NearbyLamps
 from .rays_around import RaysAround
 from .round_sums import RoundSums, batches, net_means
 from .shadows import Shadows
@@ -57,7 +57,7 @@ class SurroundingLight:
         spread: RoundSums,
         seen: list[Sightings] | None,
         aims: dict[int, TriangleChoice],
-        nearby: NearbyLight | None,
+        nearby: NearbyLamps | None,
         first: int,
     ) -> None:
         """Add to the sums of the K ``spots`` what ``rounds`` (K,) rounds of rays from each of them find.

@@ -18,34 +18,30 @@ BACK_SHARE = 2 / 3
 UNLIT_SHARE = 1e-3
 
 
-class Enclosure:
-    """Tells which points look at the insides of closed geometry, from the triangles' winding.
+def enclosed(caster: RayCaster, origins: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    """Whether (N,) points at ``origins`` (N, 3), clear of surfaces, with unit ``normals`` (N, 3) look at the insides of
+    closed geometry, by the triangles' winding.
 
     Geometry alone cannot tell a point in a wall from one in a room whose faces all look outward: for that, see
     :func:`hidden_points`.
     """
+    uniforms = (np.arange(RAYS) + 0.5)[:, None] * LATTICE % 1.0
+    backs, inside = _looks(caster, origins, normals, uniforms[:FIRST_RAYS])
+    rows = np.flatnonzero(inside & (2 * backs >= FIRST_RAYS))
+    more, inside = _looks(caster, origins[rows], normals[rows], uniforms[FIRST_RAYS:])
+    result = np.zeros(len(origins), bool)
+    result[rows] = inside & (backs[rows] + more > BACK_SHARE * RAYS)
+    return result
 
-    def __init__(self, caster: RayCaster):
-        self._caster = caster
-        self._uniforms = (np.arange(RAYS) + 0.5)[:, None] * LATTICE % 1.0
 
-    def enclosed(self, origins: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Whether (N,) points at ``origins`` (N, 3), clear of surfaces, with unit ``normals`` (N, 3) are enclosed."""
-        backs, inside = self._looks(origins, normals, self._uniforms[:FIRST_RAYS])
-        rows = np.flatnonzero(inside & (2 * backs >= FIRST_RAYS))
-        more, inside = self._looks(origins[rows], normals[rows], self._uniforms[FIRST_RAYS:])
-        result = np.zeros(len(origins), bool)
-        result[rows] = inside & (backs[rows] + more > BACK_SHARE * RAYS)
-        return result
-
-    def _looks(self, origins, normals, uniforms) -> tuple[np.ndarray, np.ndarray]:
-        """How many (N,) of the rays meet the back of a face, and whether (N,) all meet something."""
-        shape = (len(origins), len(uniforms))
-        about = np.repeat(normals, shape[1], axis=0)
-        directions = cosine_hemisphere(about, np.tile(uniforms, (shape[0], 1)))
-        triangle = self._caster.first_hits(np.repeat(origins, shape[1], axis=0), directions).triangle
-        back = np.einsum("ij,ij->i", self._caster.normals[triangle], directions) > 0
-        return (back & (triangle >= 0)).reshape(shape).sum(axis=1), (triangle >= 0).reshape(shape).all(axis=1)
+def _looks(caster: RayCaster, origins, normals, uniforms) -> tuple[np.ndarray, np.ndarray]:
+    """How many (N,) of the rays meet the back of a face, and whether (N,) all meet something."""
+    shape = (len(origins), len(uniforms))
+    about = np.repeat(normals, shape[1], axis=0)
+    directions = cosine_hemisphere(about, np.tile(uniforms, (shape[0], 1)))
+    triangle = caster.first_hits(np.repeat(origins, shape[1], axis=0), directions).triangle
+    back = np.einsum("ij,ij->i", caster.normals[triangle], directions) > 0
+    return (back & (triangle >= 0)).reshape(shape).sum(axis=1), (triangle >= 0).reshape(shape).all(axis=1)
 
 
 def unlit(irradiance: np.ndarray) -> np.ndarray:

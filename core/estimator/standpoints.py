@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
 from ..parallel import ordered_map, slices
 from ..rays import RayCaster
+from ..rows import Rows
 from ..triangles import normals_and_areas
-from .enclosure import Enclosure
+from .enclosure import enclosed
 
 #: Points look from as far off their faces as this share of a face's size, and on an edge from as far aside of it.
 STEP = 0.002
@@ -33,7 +34,7 @@ POINTS_PER_CHUNK = 1 << 12
 
 
 @dataclass(frozen=True)
-class Standpoints:
+class Standpoints(Rows):
     """Where N points look around from.
 
     origins   (N, 3) metres, where shadow rays start
@@ -47,11 +48,6 @@ class Standpoints:
     coarse: np.ndarray
     open: np.ndarray
 
-    @staticmethod
-    def joined(parts: list[Standpoints]) -> Standpoints:
-        """All standpoints of ``parts`` in their order; ``parts`` holds at least one."""
-        return Standpoints(*(np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Standpoints)))
-
 
 def standpoints(
     caster: RayCaster, points: np.ndarray, facing: np.ndarray, inward: np.ndarray | None = None
@@ -61,7 +57,6 @@ def standpoints(
     ``inward`` (N, 3) metres leads from each point into its own faces, at most half of which it is moved along; zero
     where it need not be, None if nowhere.
     """
-    enclosure = Enclosure(caster)
 
     def found(rows: slice) -> Standpoints:
         tolerance, ways = caster.tolerance(points[rows]), None if inward is None else inward[rows]
@@ -73,7 +68,7 @@ def standpoints(
         origins = aside + off[:, None] * facing[rows]
         coarse = (size > 0) & (LEAST_STEP * tolerance > COARSE * size)
         wide = np.maximum(NARROW * size, LEAST_STEP * tolerance)
-        return Standpoints(origins, enclosure.enclosed(origins, facing[rows]), coarse, np.minimum(room / wide, 1.0))
+        return Standpoints(origins, enclosed(caster, origins, facing[rows]), coarse, np.minimum(room / wide, 1.0))
 
     yield from ordered_map(found, slices(len(points), POINTS_PER_CHUNK))
 

@@ -9,7 +9,7 @@ outline, the crossings decide (nested_discs.py).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -19,6 +19,7 @@ from ..discs import TangentDiscs
 from ..gatherers.gatherer import Crossings
 from ..parallel import ordered_map, slices
 from ..rays import RayCaster
+from ..rows import Rows
 from ..sampling import frames
 from ..segments import Segments
 from .rings import OUTSIDE, nested_areas, offsets, outline_area, rings_of, whole_areas
@@ -51,7 +52,7 @@ SMALLEST_SHARE = 0.002
 
 
 @dataclass(frozen=True)
-class VisibleArea:
+class VisibleArea(Rows):
     """Outlines of N discs, DIRECTIONS distances each, seen from their centres.
 
     reach    (N, DIRECTIONS) metres, at equal angles from the disc's first frame vector
@@ -70,14 +71,6 @@ class VisibleArea:
     def areas(self) -> np.ndarray:
         """Area (N,) m^2 inside the whole outline."""
         return self.nested[:, 0]
-
-    def inside(self, discs: TangentDiscs, segments: Segments, crossings: Crossings) -> np.ndarray:
-        """Which (C,) of the ``crossings`` lie inside the outlines."""
-        doubtful = np.flatnonzero(self.partial[crossings.disc])
-        some = crossings.taken(doubtful)
-        keep = np.full(len(crossings), True)
-        keep[doubtful] = ~self._outside(discs.normals, some.disc, offsets(discs, segments, some))
-        return keep
 
     def rings(self, discs: TangentDiscs, segments: Segments, crossings: Crossings) -> np.ndarray:
         """The ring (C,) of its disc in which each of the ``crossings`` lies, OUTSIDE of its outline that number."""
@@ -101,7 +94,7 @@ class VisibleArea:
 
 
 @dataclass(frozen=True)
-class VisibleDiscs:
+class VisibleDiscs(Rows):
     """N discs put in front of the surface, and what their centres see of them.
 
     discs  where crossings are counted; inside hollows lifted well off the surface
@@ -111,23 +104,11 @@ class VisibleDiscs:
     discs: TangentDiscs
     area: VisibleArea
 
-    def taken(self, rows) -> VisibleDiscs:
-        """The discs of the given rows (index array, slice or mask)."""
-        area = VisibleArea(*(getattr(self.area, field.name)[rows] for field in fields(VisibleArea)))
-        return VisibleDiscs(self.discs.taken(rows), area)
-
     def with_rows(self, rows: np.ndarray, others: VisibleDiscs) -> VisibleDiscs:
         """The same, with the discs of those ``rows`` (K,) replaced by ``others`` (K)."""
         order = np.arange(len(self.discs))
         order[rows] = len(order) + np.arange(len(rows))
         return VisibleDiscs.joined([self, others]).taken(order)
-
-    @staticmethod
-    def joined(parts: list[VisibleDiscs]) -> VisibleDiscs:
-        """All discs of ``parts`` in their order; ``parts`` holds at least one."""
-        discs = [[getattr(part.discs, name) for part in parts] for name in ("centres", "normals", "radii")]
-        area = [[getattr(part.area, field.name) for part in parts] for field in fields(VisibleArea)]
-        return VisibleDiscs(TangentDiscs(*map(np.concatenate, discs)), VisibleArea(*map(np.concatenate, area)))
 
 
 def visible_discs(

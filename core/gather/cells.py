@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..hashing import ODD, mixed_in
 from ..points import facings
 
 #: Sides of cells over the length of the ray that looks into them, at most.
@@ -22,9 +23,6 @@ _FACING, _SHEET = 5, 5
 #: Levels of cells, in the last bits of their numbers.
 LEVELS, _LEVEL = 32, 5
 _EMPTY = np.uint64(0xFFFFFFFFFFFFFFFF)
-
-#: 2^64 over the golden ratio: products with it mix all bits before into the highest.
-_ODD = np.uint64(0x9E3779B97F4A7C15)
 
 #: Cells are counted so far; all beyond, where coordinates are coarser than cells by much, are in the last ones.
 _FARTHEST = 2.0**62
@@ -58,11 +56,10 @@ class Cells:
             cell = np.floor(place)
             height += (place - cell - 0.5) * normals[:, axis]
             np.clip(cell, -_FARTHEST, _FARTHEST, out=cell)
-            number = (number ^ cell.astype(np.int64).view(np.uint64)) * _ODD
-            number ^= number >> np.uint64(32)
+            number = mixed_in(number, cell.astype(np.int64).view(np.uint64))
         sheet = (np.abs(height) * (1 << (_SHEET - 1))).astype(np.int64)
         sheet = np.minimum(sheet, (1 << (_SHEET - 1)) - 1) | ((height < 0).astype(np.int64) << (_SHEET - 1))
-        number = (number ^ ((facings(normals) << _SHEET) | sheet).view(np.uint64)) * _ODD
+        number = (number ^ ((facings(normals) << _SHEET) | sheet).view(np.uint64)) * ODD
         return (number >> np.uint64(_LEVEL) << np.uint64(_LEVEL)) | levels.astype(np.uint64)
 
     @staticmethod
@@ -109,4 +106,4 @@ class CellTable:
     def _first(self, numbers: np.ndarray) -> np.ndarray:
         """Where (K,) to look first (Fibonacci hashing, Knuth 6.4)."""
         mixed = numbers ^ (numbers >> np.uint64(29))
-        return ((mixed * _ODD) >> self._shift).astype(np.int64)
+        return ((mixed * ODD) >> self._shift).astype(np.int64)

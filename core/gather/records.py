@@ -9,7 +9,7 @@ Reverse Photon Mapping", 2005 (only where gather rays land).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -21,6 +21,7 @@ from ..lights.aim import towards
 from ..parallel import ordered_map, slices
 from ..random_streams import random_stream
 from ..rays import RayCaster
+from ..rows import Rows
 from ..sampling import cosine_hemisphere
 from ..scene import Scene
 from ..sides import BySide
@@ -63,7 +64,7 @@ POINTS_PER_CHUNK = 1 << 13
 
 
 @dataclass(frozen=True)
-class Landings:
+class Landings(Rows):
     """Where K gather rays landed, on surfaces that reflect light.
 
     places   (K, 3) metres
@@ -92,15 +93,6 @@ class Landings:
         normals *= -side * np.copysign(1.0, cosine)[:, None]
         back = np.minimum(STAND_OFF * caster.tolerance(places) / np.maximum(np.abs(cosine), GRAZING), 0.5 * lengths)
         return cls(places, places - side * back[:, None] * directions, normals, lengths)
-
-    def taken(self, rows: np.ndarray) -> Landings:
-        """Those ``rows`` alone."""
-        return Landings(*(getattr(self, field.name).take(rows, axis=0) for field in fields(Landings)))
-
-    @staticmethod
-    def joined(parts: list[Landings]) -> Landings:
-        """All landings of ``parts``, of which there is one at least."""
-        return Landings(*(np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Landings)))
 
 
 def scouted(

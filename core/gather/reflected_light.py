@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..direct.looks import Look
-from ..direct.nearby_light import NearbyLight
+from ..direct.nearby_lamps import NearbyLamps
 from ..direct.shadows import Shadows
-from ..lights.light import SHADOW_DIMENSIONS, Light, Surroundings
+from ..lights.light import SHADOW_DIMENSIONS, Light, Surroundings, is_lamp
 from ..rays import RayCaster
+from ..rows import Rows
 from ..sampling import cosine_hemisphere
 from ..scene import Scene
 from ..sides import BySide, any_side
@@ -37,7 +38,7 @@ class ReflectedLight:
     def __init__(self, scene: Scene, caster: RayCaster, lights: Sequence[Light], records: RecordFinder, bounces: int):
         self._caster, self._records, self._bounces = caster, records, bounces
         self._shadows = Shadows(scene, caster)
-        self._surroundings = [light for light in lights if hasattr(light, "met")]
+        self._surroundings = [light for light in lights if not is_lamp(light)]
         # What surfaces send on of the light on the side that is met, and on the other one.
         self._sides = [_Side.of(1.0, scene.albedo, caster)]
         if scene.translucency is not None:
@@ -123,7 +124,7 @@ class ReflectedLight:
         for source in self._surroundings:
             if source.aimed:
                 self._aim(source, points, normals, generator.random((len(points), SHADOW_DIMENSIONS)), light)
-        if look.nearby is not None and look.nearby.lamps:
+        if look.nearby is not None and look.nearby.kinds:
             self._ask_lamps(look.nearby, points, normals, group, generator.random((len(points), 3)), light)
         directions = cosine_hemisphere(normals, generator.random((len(points), 2)))
         cosine = np.einsum("ij,ij->i", normals, directions)
@@ -151,7 +152,7 @@ class ReflectedLight:
         weight = self._shadows.of(source).transmitted(*ways) * _balanced(rays.density.take(lit), cosine.take(lit))
         light[lit] += rays.radiance.take(lit, axis=0) * weight
 
-    def _ask_lamps(self, nearby: NearbyLight, points, normals, group, uniforms, light: np.ndarray) -> None:
+    def _ask_lamps(self, nearby: NearbyLamps, points, normals, group, uniforms, light: np.ndarray) -> None:
         """Add to the ``light`` (K, 3) at points what a ray from each to a lamp brings."""
         lamps = nearby.rays(points, normals, group, uniforms)
         red, green, blue = lamps.light.T
@@ -180,7 +181,7 @@ class _Side:
 
 
 @dataclass(frozen=True)
-class Ways:
+class Ways(Rows):
     """Where W rays have been followed to.
 
     owner     (W,) which ray it was
@@ -193,11 +194,6 @@ class Ways:
     weight: np.ndarray
     lengths: np.ndarray
     landings: Landings
-
-    def taken(self, rows: np.ndarray) -> Ways:
-        """Those ``rows`` alone."""
-        weight = self.weight.take(rows, axis=0)
-        return Ways(self.owner.take(rows), weight, self.lengths.take(rows), self.landings.taken(rows))
 
     def owned(self, owner: np.ndarray) -> Ways:
         """The same ways of that ``owner`` (W,)."""
@@ -219,14 +215,6 @@ class Ways:
         kept = np.flatnonzero(generator.random(len(chance)) < chance)
         some = self.taken(kept)
         return Ways(some.owner, some.weight / chance.take(kept)[:, None], some.lengths, some.landings)
-
-    @staticmethod
-    def joined(parts: list[Ways]) -> Ways:
-        """All ways of ``parts``, of which there is one at least."""
-        if len(parts) == 1:
-            return parts[0]
-        arrays = (np.concatenate([getattr(part, name) for part in parts]) for name in ("owner", "weight", "lengths"))
-        return Ways(*arrays, Landings.joined([part.landings for part in parts]))
 
 
 def _balanced(density: np.ndarray, cosine: np.ndarray) -> np.ndarray:

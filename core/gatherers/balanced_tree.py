@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from .ranges import expanded
+from ..ranges import expanded
 
 Halves = Callable[[np.ndarray], np.ndarray]
 

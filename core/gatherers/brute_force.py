@@ -24,15 +24,11 @@ class BruteForce:
     """
 
     name = "brute-force"
-    chunk = SEGMENTS * 64
 
     def __init__(self, discs: TangentDiscs):
         # Views of columns, see crosses().
         self._centres, self._normals = np.ascontiguousarray(discs.centres.T).T, np.ascontiguousarray(discs.normals.T).T
         self._radii = discs.radii
-
-    def __len__(self) -> int:
-        return len(self._radii)
 
     def crossings(self, segments: Segments, counts: Counts | None = None) -> Iterator[Crossings]:
         """Yield all crossings of ``segments``, each pair once, in chunks of bounded size."""

@@ -1,4 +1,4 @@
-"""What a search did, counted: for the study and for the cost model. A bake counts nothing and pays nothing."""
+"""What a search did, counted for the study. A bake counts nothing and pays nothing."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class Counts:
 
     segments   searched
     lists      of the Sphere Cache: spheres whose list was made anew
-    nodes      comparisons of a segment with a sphere, a box of the tree or a cell of the grid
+    nodes      comparisons of a segment with a sphere or a box of the tree
     patches    comparisons of a segment with the slab around a few neighbouring discs
     listed     discs in those patches: the pairs that the study would test, for want of slabs and balls
     discs      comparisons of a segment with the ball around a disc

@@ -1,80 +1,134 @@
-"""Disc Indexing: each segment walks an index over the discs from its origin to its end."""
+"""Disc Indexing: each segment descends a balanced tree over the discs, into the nodes that it meets on its way."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from functools import partial
+from collections.abc import Iterator
+
+import numpy as np
 
 from ..discs import TangentDiscs
-from ..errors import InvalidSettingError
-from ..segments import Segments
-from ..space_filling import curve_order
+from .balanced_tree import BRANCHES, BalancedTree, Halves
 from .counts import Counts
-from .crossing_pairs import CrossingPairs, columns, path_rows
-from .disc_grid import DiscGrid, fitting_cell, wanted_cell
-from .disc_search import DiscSearch
-from .disc_tree import DiscTree
-from .gatherer import Crossings
-from .streams import in_lanes, portions
+from .disc_bounds import extents, sides
+from .local_frame import MARGIN, Pieces
+from .octants import OCTANTS, facing_octants, is_slanted, octants_of
+from .patch_search import PatchSearch
+from .patches import Stretches
 
-SEGMENTS = 1 << 16  # most segments that walk the index together
-INDEXES: dict[str, Callable[[TangentDiscs], DiscSearch]] = {"grid": DiscGrid, "tree": DiscTree}
-# From here on the grid's cells, enlarged to fit into memory, hold so many discs that the tree is faster.
-COARSE = 8.0
+SEGMENTS = 1 << 16  # most segments that descend together
+LEAF = 8  # most discs of a leaf
+BLOCK = 1 << 14  # pairs of a piece and a node looked at together
+_LARGE = np.float32(1e30)
 
 
-class DiscIndex:
-    """The study's second gatherer, which works with any kind of index.
+class DiscIndex(PatchSearch):
+    """The study's second gatherer: boxes around discs and around their normals, halved along the longest side.
 
-    discs  the TangentDiscs to search
-    index  "grid", "tree", "auto" (the grid, unless its cells would have to be COARSE times too large), or what
-           makes an index of one's own from the discs
-    cell   side of the grid's cells in metres; None: what fits best when there are very many segments
+    The roots keep the discs apart by the axis and side that their normals point to, so that whole walls are
+    left out at once by the segments that cannot face them.
 
-    Raises InvalidSettingError for any other name.
+    discs   the TangentDiscs to search
+    halves  where to cut, see BalancedTree.over; None: in the middle, which keeps the tree balanced
     """
 
     name = "disc-index"
-    chunk = SEGMENTS
 
-    def __init__(
-        self, discs: TangentDiscs, index: str | Callable[[TangentDiscs], DiscSearch] = "auto", cell: float | None = None
-    ):
-        if index == "auto":
-            index = favoured_index(discs)
-        if not callable(index) and index not in INDEXES:
-            raise InvalidSettingError(f"Unknown disc index '{index}': choose auto, {', '.join(INDEXES)}.")
-        self.index = index
-        self._order = curve_order(discs.centres)
-        self._test = CrossingPairs(discs, self._order)
-        make = partial(DiscGrid, cell=cell) if index == "grid" else INDEXES.get(index, index)
-        self._search: DiscSearch | None = make(discs.taken(self._order)) if len(discs) else None
-        self.cell = getattr(self._search, "cell", None)
+    def __init__(self, discs: TangentDiscs, halves: Halves | None = None):
+        tree = BalancedTree.over(discs.centres, sides(discs), LEAF, halves)
+        ordered = discs.taken(tree.order)
+        super().__init__(ordered, tree.order, SEGMENTS)
+        if len(discs) == 0:
+            return
+        leaves = tree.leaves
+        self._patch(ordered, np.arange(len(discs)), tree.start[leaves])
+        self._child, self._roots = tree.child, np.arange(tree.levels[1])
+        self._leaf = np.full(len(tree.child), -1)
+        self._leaf[leaves] = np.arange(len(leaves))
+        extent = extents(discs)
+        low = tree.bounds(self._frame.local(discs.centres - extent) - MARGIN, np.minimum).astype(np.float32)
+        high = tree.bounds(self._frame.local(discs.centres + extent) + MARGIN, np.maximum).astype(np.float32)
+        octants = tree.bounds(facing_octants(discs.normals)[:, None], np.bitwise_or)[:, 0]
+        self._boxes = _mirrored_boxes(low, high, octants)
 
-    def crossings(self, segments: Segments, counts: Counts | None = None) -> Iterator[Crossings]:
-        """Yield all crossings of ``segments``, each pair once, in chunks of bounded size."""
-        if self._search is None:
-            return iter(())
-        return in_lanes(len(segments), SEGMENTS, lambda rows: portions(self._found(segments, rows, counts), 12))
+    def _stretches(self, pieces: Pieces, counts: Counts | None) -> Iterator[Stretches]:
+        """Where the pieces meet leaves, many of them together."""
+        held: list[Stretches] = []
+        for leaves in self._leaves(pieces, counts):
+            held.append(leaves)
+            if sum(map(len, held)) >= BLOCK:
+                yield Stretches.joined(held)
+                held = []
+        if held:
+            yield Stretches.joined(held)
 
-    def _found(self, segments: Segments, rows: slice, counts: Counts | None) -> Iterator[Crossings]:
-        if counts is not None:
-            counts.note("segments", rows.stop - rows.start)
-        paths = path_rows(segments, rows)
-        for some in self._search.candidates(*columns(segments, rows), counts):
-            found, time = self._test(paths, some.segment.take(some.stretch), some.disc, counts)
-            stretch = some.stretch.take(found)
-            if some.first is not None:
-                inside = (some.first.take(stretch) <= time) & (time < some.last.take(stretch))
-                found, stretch = found[inside], stretch[inside]
+    def _leaves(self, pieces: Pieces, counts: Counts | None) -> Iterator[Stretches]:
+        """Descend depth first, in blocks of pairs, so that only the blocks beside the path are waiting."""
+        octant = octants_of(pieces.step)
+        offset = np.where(is_slanted(pieces.step), octant, OCTANTS + octant) * len(self._child)
+        rays = _mirrored_rays(pieces)
+        count = len(offset)
+        starts = [np.arange(begin, min(begin + BLOCK, count)) for begin in range(0, count, BLOCK)]
+        waiting = [(piece, np.full(len(piece), root)) for piece in starts for root in self._roots]
+        while waiting:
+            piece, node = _last_pairs(waiting)
             if counts is not None:
-                counts.note("crossings", len(found))
-            yield Crossings(rows.start + some.segment.take(stretch), self._order.take(some.disc.take(found)))
+                counts.note("nodes", len(node))
+            met = self._met(rays, offset, piece, node)
+            child = self._child.take(met.patch)
+            leaves = met.taken(np.flatnonzero(child < 0))
+            if len(leaves):
+                yield Stretches(leaves.piece, self._leaf.take(leaves.patch), leaves.first, leaves.last)
+            inner = np.flatnonzero(child >= 0)
+            node = (child.take(inner)[:, None] + np.arange(BRANCHES)).ravel()
+            piece = np.repeat(met.piece.take(inner), BRANCHES)
+            waiting += [(piece[at : at + BLOCK], node[at : at + BLOCK]) for at in range(0, len(node), BLOCK)]
+
+    def _met(self, rays: np.ndarray, offset: np.ndarray, piece: np.ndarray, node: np.ndarray) -> Stretches:
+        """The pairs whose piece passes the node's box in a direction that something in it may face."""
+        time = self._boxes.take(node + offset.take(piece), axis=0)
+        time -= rays[0].take(piece, axis=0)
+        time *= rays[1].take(piece, axis=0)
+        first = np.maximum(time[:, 0], time[:, 1])
+        np.maximum(first, time[:, 2], out=first)
+        np.maximum(first, np.float32(0.0), out=first)
+        last = np.minimum(time[:, 4], time[:, 5])
+        np.minimum(last, time[:, 6], out=last)
+        np.minimum(last, np.float32(1.0), out=last)
+        kept = np.flatnonzero(first <= last)
+        return Stretches(piece.take(kept), node.take(kept), first.take(kept), last.take(kept))
 
 
-def favoured_index(discs: TangentDiscs) -> str:
-    """The kind of index that measured faster for such discs and very many segments."""
-    if len(discs) == 0:
-        return "grid"
-    wanted = wanted_cell(discs)
-    return "grid" if fitting_cell(discs, wanted) < COARSE * wanted else "tree"
+def _mirrored_boxes(low: np.ndarray, high: np.ndarray, octants: np.ndarray) -> np.ndarray:
+    """Boxes (16 * K, 8) as low x, y, z, 0, high x, y, z, 0 for the directions of each octant.
+
+    Mirrored, so that all directions of the octant go towards greater x, y and z and enter by the low side.
+    For the first eight octants a box without anything that faces them is empty; the other eight keep all.
+    """
+    boxes = np.zeros((2 * OCTANTS, len(low), 8), np.float32)
+    for octant in range(OCTANTS):
+        for axis in range(3):
+            near, far = (high, low) if octant >> axis & 1 else (low, high)
+            sign = np.float32(-1.0 if octant >> axis & 1 else 1.0)
+            boxes[octant::OCTANTS, :, axis] = sign * near[:, axis]
+            boxes[octant::OCTANTS, :, axis + 4] = sign * far[:, axis]
+        boxes[octant, (octants >> octant & 1) == 0, :3] = np.inf
+    return boxes.reshape(-1, 8)
+
+
+def _mirrored_rays(pieces: Pieces) -> np.ndarray:
+    """Start and inverse step (2, P, 8), laid out and mirrored as the boxes of the pieces' octants."""
+    rays = np.zeros((2, len(pieces.segment), 8), np.float32)
+    with np.errstate(divide="ignore", over="ignore"):
+        inverse = np.minimum(np.float32(1.0) / np.abs(pieces.step), _LARGE)
+    rays[0, :, :3] = rays[0, :, 4:7] = np.where(pieces.step < 0, -pieces.start, pieces.start).T
+    rays[1, :, :3] = rays[1, :, 4:7] = inverse.T
+    return rays
+
+
+def _last_pairs(waiting: list[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
+    """Take the last pairs off the list, up to BLOCK of them, so that no block is too small for its overhead."""
+    taken = [waiting.pop()]
+    while waiting and sum(len(piece) for piece, _ in taken) + len(waiting[-1][0]) <= BLOCK:
+        taken.append(waiting.pop())
+    pieces, nodes = zip(*taken, strict=True)
+    return np.concatenate(pieces), np.concatenate(nodes)

@@ -8,12 +8,13 @@ from typing import Protocol
 
 import numpy as np
 
+from ..rows import Rows
 from ..segments import Segments
 from .counts import Counts
 
 
 @dataclass(frozen=True)
-class Crossings:
+class Crossings(Rows):
     """Pairs of a segment and a disc that it crosses from the disc's front.
 
     segment  (C,) int64, row in the searched Segments
@@ -22,13 +23,6 @@ class Crossings:
 
     segment: np.ndarray
     disc: np.ndarray
-
-    def __len__(self) -> int:
-        return len(self.segment)
-
-    def taken(self, rows) -> Crossings:
-        """The crossings of the given rows (index array, slice or mask)."""
-        return Crossings(self.segment[rows], self.disc[rows])
 
 
 class Gatherer(Protocol):

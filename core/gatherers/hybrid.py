@@ -56,7 +56,6 @@ class Hybrid:
         rows = np.flatnonzero(~moving)
         self.still = SomeDiscs(still(discs.taken(rows)), rows)
         self.mobile = MovingDiscs(discs, np.flatnonzero(moving), mobile, q)
-        self.chunk = self.still.search.chunk
 
     def moved(self, discs: TangentDiscs) -> Hybrid:
         """The search of the next frame, whose ``discs`` (N,) stand for those of this one, row by row.

@@ -17,16 +17,12 @@ class Pieces:
     """The parts of segments inside a frame's box, one per segment that meets it.
 
     segment  (P,)   int64, row in the segments that were cut
-    enter    (P,)   float64, where the part begins, as a share 0..1 of its segment
-    length   (P,)   float64, its length as a share of its segment
     start    (3, P) float32, its first point in the frame's units
     step     (3, P) float32, from its first to its last point
     reach    (P,)   float32, the length of ``step``
     """
 
     segment: np.ndarray
-    enter: np.ndarray
-    length: np.ndarray
     start: np.ndarray
     step: np.ndarray
     reach: np.ndarray
@@ -70,7 +66,7 @@ class LocalFrame:
         start = ((start + enter * step) / self.unit).astype(np.float32)
         step = (step * (length / self.unit)).astype(np.float32)
         reach = np.sqrt(step[0] * step[0] + step[1] * step[1] + step[2] * step[2])
-        return Pieces(segment, enter, length, start, step, reach)
+        return Pieces(segment, start, step, reach)
 
     @staticmethod
     def _holds(points: np.ndarray, limit: np.ndarray) -> bool:

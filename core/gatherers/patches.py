@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..parallel import ordered_map
+from ..ranges import blocks, expanded_blocks
+from ..rows import Rows
 from .counts import Counts
 from .local_frame import MARGIN, LocalFrame, Pieces
-from .ranges import blocks, expanded_blocks
 
 RECORDS = 1 << 14  # stretches looked at together, so that their columns stay in the processor's cache
 CANDIDATES = 1 << 16  # and pairs
@@ -18,7 +19,7 @@ _LARGE = np.float32(1e30)
 
 
 @dataclass(frozen=True)
-class Stretches:
+class Stretches(Rows):
     """Where along its segment a patch may be crossed; pieces and patches by row, one row per stretch.
 
     piece  (R,) int64, row in Pieces
@@ -31,19 +32,6 @@ class Stretches:
     patch: np.ndarray
     first: np.ndarray
     last: np.ndarray
-
-    def __len__(self) -> int:
-        return len(self.piece)
-
-    @staticmethod
-    def joined(parts: list[Stretches]) -> Stretches:
-        """All rows of ``parts``, at least one, in their order."""
-        names = ("piece", "patch", "first", "last")
-        return Stretches(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
-
-    def taken(self, rows) -> Stretches:
-        """These rows (index array or slice)."""
-        return Stretches(self.piece[rows], self.patch[rows], self.first[rows], self.last[rows])
 
 
 @dataclass(frozen=True)
@@ -90,14 +78,14 @@ class DiscPatches:
         """Yield rows of ``stretches`` and discs that may cross there, in bounded pairs of arrays (C,) int64."""
         for begin in range(0, len(stretches), RECORDS):
             some = stretches.taken(slice(begin, begin + RECORDS))
-            kept, balls = self.narrowed(pieces, some, counts)
-            for row, disc in self.within(some.patch.take(kept), balls, counts):
+            kept, balls = self._narrowed(pieces, some, counts)
+            for row, disc in self._within(some.patch.take(kept), balls, counts):
                 yield begin + kept.take(row), disc
 
-    def within(
-        self, patch: np.ndarray, balls: np.ndarray, counts: Counts | None = None
+    def _within(
+        self, patch: np.ndarray, balls: np.ndarray, counts: Counts | None
     ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Yield which rows of ``patch`` and ``balls`` (R, 4), as from :meth:`narrowed`, reach which members."""
+        """Yield which rows of ``patch`` and ``balls`` (R, 4), as from :meth:`_narrowed`, reach which members."""
         for row, place in expanded_blocks(self.start.take(patch), self.count.take(patch), CANDIDATES):
             if counts is not None:
                 counts.note("discs", len(place))
@@ -110,9 +98,7 @@ class DiscPatches:
             near = (distance <= gap[:, 3]).nonzero()[0]
             yield row.take(near), disc.take(near)
 
-    def narrowed(
-        self, pieces: Pieces, stretches: Stretches, counts: Counts | None = None
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def _narrowed(self, pieces: Pieces, stretches: Stretches, counts: Counts | None) -> tuple[np.ndarray, np.ndarray]:
         """The rows that meet their patch's slab from the front, and a ball around what is inside the slab.
 
         The balls (R, 4) hold the centre and minus the radius, so that subtracting them from a disc's ball

@@ -3,31 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from copy import copy
 
 import numpy as np
 
 from ..discs import TangentDiscs
 from ..errors import InvalidSettingError
-from ..segments import Segments
+from ..ranges import expanded
 from ..space_filling import curve_order
 from .counts import Counts
-from .crossing_pairs import CrossingPairs, columns, path_rows
-from .disc_bounds import frame_around
-from .gatherer import Crossings
 from .local_frame import MARGIN, Pieces
-from .patches import DiscPatches, Stretches
-from .ranges import expanded
+from .patch_search import PatchSearch
+from .patches import Stretches
 from .sphere_plan import SpherePlan
-from .streams import in_lanes, portions
 
-SEGMENTS = 1 << 17
+SEGMENTS = 1 << 17  # most whose lists are kept at the same time
 TESTS = 1 << 16  # segments and spheres compared together
 HELD = 1 << 14  # entries of innermost lists that are collected before their discs are tested
 SHORT = 1 << 13
 
 
-class SphereCache:
+class SphereCache(PatchSearch):
     """The study's first gatherer.
 
     discs        the TangentDiscs to search
@@ -37,7 +32,6 @@ class SphereCache:
     sort         walk the discs along a space-filling curve and not in their given order
     short        lists serve all their discs at once when they are this short, by entries times discs: further spheres
                  would cost more to make; 0 makes all spheres, as in the study
-    chunk        most segments whose lists are kept at the same time; None: 131 072
 
     Raises InvalidSettingError when q or last_radius is out of range.
     """
@@ -51,55 +45,26 @@ class SphereCache:
         last_radius: float | None = None,
         sort: bool = True,
         short: float = SHORT,
-        chunk: int | None = None,
     ):
         if not 0.0 < q < 1.0:
             raise InvalidSettingError(f"The ratio of the Sphere Cache's radii must be between 0 and 1, not {q:g}.")
         if last_radius is not None and not last_radius > 0.0:
             raise InvalidSettingError(f"The last sphere's radius must be greater than 0 m, not {last_radius:g}.")
-        self._order = curve_order(discs.centres) if sort else np.arange(len(discs))
-        self._test = CrossingPairs(discs, self._order)
-        self.q, self.sorted = q, sort
-        self._short, self.chunk = short, chunk or SEGMENTS
+        order = curve_order(discs.centres) if sort else np.arange(len(discs))
+        discs = discs.taken(order)
+        super().__init__(discs, order, SEGMENTS)
         if len(discs) == 0:
             return
-        discs = discs.taken(self._order)
-        self._frame = frame_around(discs)
-        last = last_radius if last_radius is not None else 1.5 * float(np.median(discs.radii))
-        self.last_radius = last
-        plan = self._plan = SpherePlan.of(discs.centres, discs.radii, q, last)
+        self._short, self.q = short, q
+        self.last_radius = last_radius if last_radius is not None else 1.5 * float(np.median(discs.radii))
+        plan = self._plan = SpherePlan.of(discs.centres, discs.radii, q, self.last_radius)
         self._centre = self._frame.local(plan.centre).T.astype(np.float32)
         reach = plan.radius / self._frame.unit * (1.0 + 1e-5) + 2.0 * MARGIN
         self._reach = (reach * reach).astype(np.float32)
         count = self._served = plan.end - plan.begin
-        served = expanded(plan.begin, count)[1].astype(np.int32)
-        self._patches = DiscPatches.of(self._frame, discs, served, np.cumsum(count) - count)
+        self._patch(discs, expanded(plan.begin, count)[1], np.cumsum(count) - count)
 
-    def crossings(self, segments: Segments, counts: Counts | None = None) -> Iterator[Crossings]:
-        """Yield all crossings of ``segments``, each pair once, in chunks of bounded size."""
-        if len(self._order) == 0:
-            return iter(())
-        return in_lanes(len(segments), self.chunk, lambda rows: portions(self._found(segments, rows, counts), 12))
-
-    def scaled(self, share: float) -> SphereCache:
-        """This search as it goes about ``share`` of the segments, list for list as it goes about all of them."""
-        other = copy(self)
-        other._short = self._short * share
-        return other
-
-    def _found(self, segments: Segments, rows: slice, counts: Counts | None) -> Iterator[Crossings]:
-        if counts is not None:
-            counts.note("segments", rows.stop - rows.start)
-        paths, pieces = path_rows(segments, rows), self._frame.pieces(*columns(segments, rows))
-        for served in self._innermost_lists(pieces, counts):
-            for row, disc in self._patches.candidates(pieces, served, counts):
-                segment = pieces.segment.take(served.piece.take(row))
-                found = self._test(paths, segment, disc, counts)[0]
-                if counts is not None:
-                    counts.note("crossings", len(found))
-                yield Crossings(rows.start + segment.take(found), self._order.take(disc.take(found)))
-
-    def _innermost_lists(self, pieces: Pieces, counts: Counts | None) -> Iterator[Stretches]:
+    def _stretches(self, pieces: Pieces, counts: Counts | None) -> Iterator[Stretches]:
         """Walk the plan depth first and yield the entries of the lists that serve discs, many lists together."""
         length = np.maximum(pieces.reach**2, np.finfo(np.float32).tiny)
         rays = np.concatenate([pieces.start, pieces.step, 1.0 / length[None]])

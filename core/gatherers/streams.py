@@ -36,17 +36,11 @@ def portions(found: Iterable[Crossings], blocks: int) -> Iterator[Crossings]:
     pairs = 0
     for crossings in found:
         if held and pairs + len(crossings) > PAIRS:
-            yield _joined(held)
+            yield Crossings.joined(held)
             held, pairs = [], 0
         held.append(crossings)
         pairs += len(crossings)
         if len(held) == blocks:
-            yield _joined(held)
+            yield Crossings.joined(held)
             held, pairs = [], 0
-    yield _joined(held)
-
-
-def _joined(held: list[Crossings]) -> Crossings:
-    none = np.zeros(0, np.int64)
-    segment, disc = ([getattr(part, name) for part in held] for name in ("segment", "disc"))
-    return Crossings(np.concatenate([none, *segment]), np.concatenate([none, *disc]))
+    yield Crossings.joined([Crossings(*np.zeros((2, 0), np.int64)), *held])

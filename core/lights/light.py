@@ -93,9 +93,14 @@ class Light(Protocol):
         ...
 
 
+def is_lamp(light: Light) -> bool:
+    """Whether rays meet the light by aiming at it alone, and not by chance too, as they do :class:`Surroundings`."""
+    return not hasattr(light, "met")
+
+
 def is_world(light: Light) -> bool:
     """Whether a light surrounds everything, so that rays meet it where they leave the scene; lamps do not."""
-    return hasattr(light, "met") and light.distant
+    return not is_lamp(light) and light.distant
 
 
 class Surroundings(Light, Protocol):

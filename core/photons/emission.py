@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import chain
 
 import numpy as np
@@ -11,11 +11,10 @@ from ..bounds import Bounds
 from ..errors import NoLightError
 from ..lights.emissive import EmissiveTriangles
 from ..lights.light import EMISSION_DIMENSIONS, Light, Particles, is_world
+from ..sampling import BELOW_ONE
 from ..scene import Scene
 from ..sides import any_side
 from .distant_light import Between, Shell, shells_of
-
-_BELOW_ONE = np.nextafter(1.0, 0.0)
 
 
 def lights_of(scene: Scene) -> list[Light]:
@@ -27,20 +26,6 @@ def lights_of(scene: Scene) -> list[Light]:
         *scene.lights,
         EmissiveTriangles(scene.vertices[scene.triangles[emissive]], scene.emission[..., emissive, :], emissive),
     ]
-
-
-@dataclass(frozen=True)
-class Draws:
-    """What decides on P particles before they leave their lights.
-
-    light     (P,) which part of the lights, ascending
-    uniforms  (P, EMISSION_DIMENSIONS) in [0, 1)
-    weight    (P,) the part's flux times this is what a particle stands for: 1 / (P times the part's share)
-    """
-
-    light: np.ndarray
-    uniforms: np.ndarray
-    weight: np.ndarray
 
 
 class Emission:
@@ -73,34 +58,26 @@ class Emission:
         self.near = np.repeat([not is_world(lights[row]) for row in shining], count)
         self.shares = np.repeat(shares / count, count)
 
-    def draws(self, particles: int, generator: np.random.Generator) -> Draws:
-        """Choose ``particles`` by systematic sampling, so that each part's count is exact to one.
+    def emit(self, particles: int, generator: np.random.Generator) -> tuple[Particles, np.ndarray]:
+        """So many ``particles``, which carry the whole flux together, and which part (P,) each came from, ascending.
 
-        Of each part the first of the uniform numbers is stratified and ascends: bright places gain, and tables are
-        looked up in order.
+        They are shared out by systematic sampling, so that each part's count is exact to one. Of each part the first
+        of the uniform numbers is stratified and ascends: bright places gain, and tables are looked up in order.
+        Weighting by a part's expected instead of its actual count keeps those that get no particle right on average.
         """
         sums, offset = np.cumsum(self.shares), generator.random()
         uniforms = generator.random((particles, EMISSION_DIMENSIONS))
         light = np.searchsorted(sums[:-1], (np.arange(particles) + offset) / particles, side="right")
         count = np.bincount(light, minlength=len(self.shares))
-        rank = np.arange(particles) - (np.cumsum(count) - count).take(light)
-        uniforms[:, 0] = np.minimum((rank + uniforms[:, 0]) / count.take(light), _BELOW_ONE)
-        return Draws(light, uniforms, (1.0 / (particles * self.shares)).take(light))
-
-    def emit(self, draws: Draws) -> Particles:
-        """The particles of ``draws``, one a row; they carry the whole flux together.
-
-        Weighting by a part's expected instead of its actual count keeps those that get no particle right on average.
-        """
+        begin = np.cumsum(count) - count
+        rank = np.arange(particles) - begin.take(light)
+        uniforms[:, 0] = np.minimum((rank + uniforms[:, 0]) / count.take(light), BELOW_ONE)
         emitted = []
-        ends = np.searchsorted(draws.light, np.arange(len(self._lights)), side="right")
-        for number, (light, end) in enumerate(zip(self._lights, ends, strict=True)):
-            rows = slice(ends[number - 1] if number else 0, end)
-            count = rows.stop - rows.start
-            if count:
-                sent = light.emit(draws.uniforms[rows], self._bounds)
-                emitted.append(replace(sent, flux=sent.flux * (count * draws.weight[rows, None])))
-        return Particles.joined(emitted)
+        for number in np.flatnonzero(count):
+            rows = slice(begin[number], begin[number] + count[number])
+            sent = self._lights[number].emit(uniforms[rows], self._bounds)
+            emitted.append(replace(sent, flux=sent.flux * (count[number] * (1.0 / (particles * self.shares[number])))))
+        return Particles.joined(emitted), light
 
 
 def _parts(light: Light, shells: list[Shell]) -> list[Light]:

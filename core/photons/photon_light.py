@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -22,18 +24,27 @@ PHOTONS_PER_TRACE = 1 << 15
 PHOTONS_PER_GATHER = 1 << 18
 
 
+@dataclass
 class PhotonSearch:
     """Looks for ``kind`` of light, "direct", "indirect" or "caustic", at ``placed`` discs.
 
-    ``half``: of all particles only those with even (0) or odd (1) numbers count; None: all. ``most``: segments after
-    more bounces than this do not count. Attributes beside these: ``gatherer``, the search over the discs, to be set
-    before photons come; ``estimate``, what has been found.
+    half      of all particles only those with even (0) or odd (1) numbers count; None: all
+    most      segments after more bounces than this do not count; None: all do
+    estimate  what has been found so far
+
+    Attribute ``gatherer``, the search over the discs, to be set before photons come.
     """
 
-    def __init__(self, kind: str, placed: VisibleDiscs, half: int | None = None, most: int | None = None):
-        self.kind, self.placed, self.half, self.most = kind, placed, half, most
-        self.gatherer: Gatherer | None = None
-        self.estimate = IrradianceEstimate.empty(placed.area.nested)
+    kind: str
+    placed: VisibleDiscs
+    half: int | None = None
+    most: int | None = None
+    estimate: IrradianceEstimate | None = None
+    gatherer: ClassVar[Gatherer | None] = None
+
+    def __post_init__(self):
+        if self.estimate is None:
+            self.estimate = IrradianceEstimate.empty(self.placed.area.nested)
 
     def wanted(self, segments: Segments) -> Segments:
         """Those of ``segments`` that count; they carry the scene's full power together."""
@@ -84,7 +95,7 @@ class PhotonLight:
             parts.append(traced.segments.weighted(share / particles))
             self._cut += traced.cut_flux * share
             if self.journal is not None:
-                self.journal.keep(traced.segments.weighted(share), traced.draws.light)
+                self.journal.keep(traced.segments.weighted(share), traced.lights)
             yield "Tracing photons"
         segments = Segments.joined(parts)
         self.segments += len(segments)

@@ -13,17 +13,18 @@ from ..scene import Scene
 from ..segments import Segments
 from ..sides import BySide
 from .bounces import EMISSION_LIFT, Bounces, Passing
-from .emission import Draws, Emission
+from .emission import Emission
 from .specular import SpecularSurfaces
 
 
 @dataclass(frozen=True)
 class TracedPhotons:
-    """What some particles did: their path segments, the flux that the bounce limit cut, (3,) W, and their ``draws``."""
+    """What P particles did: their path segments, the flux that the bounce limit cut, (3,) W, and which ``lights`` (P,)
+    they came from, as the tracer numbers them."""
 
     segments: Segments
     cut_flux: np.ndarray
-    draws: Draws
+    lights: np.ndarray
 
 
 class PhotonTracer:
@@ -69,7 +70,7 @@ class PhotonTracer:
     def resumed(self, segments: Segments, light: np.ndarray, generator: np.random.Generator) -> Segments:
         """What particles do from the origins of ``segments`` on, in their directions, in the scene as it is here.
 
-        They came from that ``light`` (S,), of the tracer's draws.
+        They came from that ``light`` (S,), as the tracer numbers them.
         """
         straight = self._emission.near[light] & (segments.bounce == 0)
         return self._bounces.resumed(segments, straight, generator)[0]
@@ -79,6 +80,5 @@ class PhotonTracer:
 
         The particles are numbered from ``first`` on.
         """
-        draws = self._emission.draws(particles, generator)
-        sent = self._emission.emit(draws)
-        return TracedPhotons(*self._bounces.followed(sent, first, generator, self._emission.near[draws.light]), draws)
+        sent, lights = self._emission.emit(particles, generator)
+        return TracedPhotons(*self._bounces.followed(sent, first, generator, self._emission.near[lights]), lights)

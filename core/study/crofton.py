@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..cost_model import share_through
 from ..gatherers.sphere_cache import meets
 from ..segments import Segments
 from .fields import uniform_lines, unit
+from .theory import share_through
 
 
 def share_met(segments: Segments, centres: np.ndarray, radius: float) -> np.ndarray:

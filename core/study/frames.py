@@ -11,9 +11,7 @@ from ..discs import TangentDiscs
 from ..gatherers.outer_spheres import sphere_around
 from ..sampling import cosine_hemisphere
 from ..segments import Segments
-from ..space_filling import mean_spacing
-from ..unit_costs import bare_segments
-from .fields import uniform_points
+from .fields import mean_spacing, uniform_points
 from .scene import StudyScene
 
 #: How far the object goes from frame to frame, in radii of the scene.
@@ -72,7 +70,7 @@ class MovingObject:
         outward = uniform_points("surface", max(1, round(share / (1.0 - share) * len(still))), generator)
         placed = TangentDiscs.of_radius(radius * outward, outward, min(wide, 0.5 * radius))
         some = scene.some(segments)
-        return cls(radius, still, placed, bare_segments(some.origins, some.ends), sphere.centre, sphere.radius)
+        return cls(radius, still, placed, Segments.between(some.origins, some.ends), sphere.centre, sphere.radius)
 
     @property
     def step(self) -> float:
@@ -109,7 +107,7 @@ class MovingObject:
         outward = (places - centre) / self.radius
         onward = cosine_hemisphere(outward, generator.random((len(met), 2)))
         onward *= (1.0 - share) * np.sqrt(a[met, None])
-        return gone, bare_segments(np.concatenate([origins, places]), np.concatenate([places, places + onward]))
+        return gone, Segments.between(np.concatenate([origins, places]), np.concatenate([places, places + onward]))
 
 
 def _joined(still: TangentDiscs, placed: TangentDiscs, centre: np.ndarray) -> TangentDiscs:

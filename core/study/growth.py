@@ -6,13 +6,12 @@ from functools import partial
 
 import numpy as np
 
-from ..cost_model import SearchProblem, disc_index_tests, sphere_cache_tests
 from ..discs import TangentDiscs
-from ..gatherers.disc_index import DiscIndex
-from ..gatherers.disc_tree import LEAF, DiscTree
+from ..gatherers.disc_index import LEAF, DiscIndex
 from ..gatherers.sphere_cache import SphereCache
 from .fields import KINDS, spacing, uniform_discs, uniform_lines
 from .measure import counted_and_timed, growth
+from .theory import SearchProblem, disc_index_tests, sphere_cache_tests
 
 #: Large discs, in radii of the ball, and others beside them.
 LARGE, OTHERS = 0.2, (0.1, 0.4)
@@ -26,9 +25,8 @@ def unbalanced(count: np.ndarray) -> np.ndarray:
 
 GATHERERS = {
     "sphere-cache": partial(SphereCache, short=0),
-    "disc-index": partial(DiscIndex, index="tree"),
-    "disc-index, unbalanced": partial(DiscIndex, index=partial(DiscTree, halves=unbalanced)),
-    "disc-index, grid": partial(DiscIndex, index="grid"),
+    "disc-index": DiscIndex,
+    "disc-index, unbalanced": partial(DiscIndex, halves=unbalanced),
 }
 
 #: the study's exponents of n_P; the unbalanced tree's has a factor log n_P beside it
@@ -76,12 +74,12 @@ def exponents(rows: list[dict]) -> dict:
 
 
 def theory(name: str, problem: SearchProblem) -> float:
-    """Comparisons by core/cost_model.py, whose exponents over the same finite sizes differ from the limits."""
+    """Comparisons by theory.py, whose exponents over the same finite sizes differ from the limits."""
     if name == "sphere-cache":
         return sum(sphere_cache_tests(problem, 0.62, 1.5 * problem.radius))
     # The tree keeps discs apart by six sides; on a surface these lie apart anyway.
     roots = 6 if problem.dimension > 2.5 else 1
-    return sum(disc_index_tests(problem, 1 if name.endswith("grid") else LEAF, "unbalanced" not in name, roots))
+    return sum(disc_index_tests(problem, LEAF, "unbalanced" not in name, roots))
 
 
 def _slopes(rows: list[dict]) -> dict:

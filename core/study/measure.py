@@ -10,8 +10,8 @@ import numpy as np
 
 from ..gatherers.counts import Counts
 from ..gatherers.gatherer import Gatherer
+from ..machine import measured_machine
 from ..segments import Segments
-from ..unit_costs import Machine, measured_machine
 
 #: An action that is timed in turn with others is not repeated when it has taken more seconds than this.
 ENOUGH = 3.0
@@ -52,8 +52,8 @@ def timed(action, repeats: int) -> Timing:
     return Timing(min(walls), min(processors))
 
 
-def in_turn(actions: dict[str, Callable[[], object]], repeats: int) -> tuple[dict[str, Timing], Machine]:
-    """Median times of ``actions`` run in turn, each so often, and how fast the machine usually was meanwhile.
+def in_turn(actions: dict[str, Callable[[], object]], repeats: int) -> dict[str, Timing]:
+    """Median times of ``actions`` run in turn, each so often, at the machine's usual speed meanwhile.
 
     A processor that others use too is now faster, now slower, for seconds at a time. Each time is therefore put right
     by the machine's speed measured just before and after, which is why such times can be compared. What takes long is
@@ -61,21 +61,18 @@ def in_turn(actions: dict[str, Callable[[], object]], repeats: int) -> tuple[dic
     """
     runs: dict[str, list[tuple[float, float]]] = {name: [] for name in actions}
     spent = dict.fromkeys(actions, 0.0)
-    machines = [measured_machine()]
+    slowness = [measured_machine().slowness]
     for _ in range(max(1, repeats)):
         for name, action in actions.items():
             if spent[name] > ENOUGH:
                 continue
             took = timed(action, 1)
-            machines.append(measured_machine())
+            slowness.append(measured_machine().slowness)
             spent[name] += took.wall
-            slowness = 0.5 * (machines[-2].slowness + machines[-1].slowness)
-            runs[name].append((took.wall / slowness, took.processor / slowness))
-    slowness = float(np.median([machine.slowness for machine in machines]))
-    # Two threads that meet an idle processor too late look like one.
-    parallel = float(np.quantile([machine.parallel for machine in machines], 0.75))
-    times = {name: Timing(*(slowness * np.median(run, axis=0))) for name, run in runs.items()}
-    return times, Machine(slowness, parallel)
+            meanwhile = 0.5 * (slowness[-2] + slowness[-1])
+            runs[name].append((took.wall / meanwhile, took.processor / meanwhile))
+    usual = float(np.median(slowness))
+    return {name: Timing(*(usual * np.median(run, axis=0))) for name, run in runs.items()}
 
 
 def searched(gatherer: Gatherer, segments: Segments, counts: Counts | None = None) -> int:
@@ -125,23 +122,3 @@ def crossing(x, ratios) -> float | None:
             share = -y[place - 1] / (y[place] - y[place - 1])
             return float(np.exp(x[place - 1] + share * (x[place] - x[place - 1])))
     return None
-
-
-def least_squares_costs(counts: np.ndarray, seconds: np.ndarray) -> np.ndarray:
-    """Costs >= 0 (K,) for which ``counts`` (R, K) times costs come closest to ``seconds`` (R,), as ratios."""
-    scaled = counts / seconds[:, None]
-    size = np.linalg.norm(scaled, axis=0)
-    used = np.flatnonzero(size > 0.0)
-    matrix = scaled[:, used] / size[used]
-    gram, aim = matrix.T @ matrix, matrix.sum(axis=0)
-    costs = np.zeros(len(used))
-    # Coordinate descent: each cost in turn at its best, never below zero.
-    for _ in range(5000):
-        before = costs.copy()
-        for at in range(len(used)):
-            costs[at] = max(0.0, costs[at] + aim[at] - gram[at] @ costs)
-        if np.abs(costs - before).max() < 1e-12:
-            break
-    result = np.zeros(counts.shape[1])
-    result[used] = costs / size[used]
-    return result

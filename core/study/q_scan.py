@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..cost_model import SearchProblem, sphere_cache_tests
 from ..gatherers.sphere_cache import SphereCache
 from .fields import KINDS, spacing, uniform_discs, uniform_lines
 from .measure import counted, counted_and_timed, lowest
+from .theory import SearchProblem, sphere_cache_tests
 
 SLACK = 1.5  # the last sphere's radius over a disc's, while Q varies
 

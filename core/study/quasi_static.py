@@ -7,18 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..cost_model import SearchProblem, best_q, disc_index_tests, outer_sphere_tests, share_through, sphere_cache_tests
-from ..gatherers.candidates import Task, predicted_seconds
-from ..gatherers.choose import make_gatherer
 from ..gatherers.counts import Counts
-from ..gatherers.disc_tree import LEAF
-from ..gatherers.hybrid_choice import frame_seconds, hybrid_of
-from ..unit_costs import build_seconds
+from ..gatherers.disc_index import LEAF
 from .fields import uniform_discs, uniform_lines
 from .frame_ways import ALONE, WHOLE, Way
 from .frames import Frame, MovingObject
 from .measure import crossing
 from .scene import StudyScene
+from .theory import SearchProblem, best_q, disc_index_tests, outer_sphere_tests, share_through, sphere_cache_tests
 
 
 @dataclass(frozen=True)
@@ -38,7 +34,7 @@ def uniform_scene(extent: FramesExtent) -> StudyScene:
     generator = np.random.default_rng(12)
     discs = uniform_discs("surface", extent.points, 1.0, generator)
     lines = uniform_lines(extent.segments, generator)
-    return StudyScene("uniform", 0, discs.centres, discs.normals, 1.0, lines, extent.segments)
+    return StudyScene("uniform", 0, discs.centres, discs.normals, 1.0, lines)
 
 
 def scene_rows(scene: StudyScene, extent: FramesExtent) -> list[dict]:
@@ -67,7 +63,8 @@ def frame_rows(scene: StudyScene, size: float, share: float, extent: FramesExten
                 "each": float(np.median([run[1:] for run in times[name]])), "work": work[name],
                 "crossings": crossings[name],
             })  # fmt: skip
-            rows[-1] |= predicted(name, moving, frames) if discs_are == "all" else theory(name, moving)
+            if discs_are == "moving":
+                rows[-1]["theory"] = theory(name, moving)
     return rows
 
 
@@ -95,54 +92,34 @@ def _compared(counts: Counts) -> int:
     return totals["segments"] + totals["nodes"] + totals["listed"]
 
 
-def theory(name: str, moving: MovingObject) -> dict:
-    """Comparisons of a frame by the study's formulas, for the discs that move alone; none for a grid."""
+def theory(name: str, moving: MovingObject) -> float:
+    """Comparisons of a frame by the study's formulas, for the discs that move alone."""
     placed, whole, around = moving.placed, len(moving.segments), moving.around
     disc = float(placed.radii[0])
     radius, q = moving.radius + disc, best_q(2.0)
     met = whole * float(share_through(radius, around))
     inside = SearchProblem(met, len(placed), disc, radius, 2.0)
-    if name == "grid":
-        return {}
     seen = whole
     if name.endswith("kept"):
         outside = SearchProblem(whole, len(placed), disc, around, 2.0)
         last = around * q ** max(np.floor(np.log(radius / around) / np.log(q) + 1e-9), 0.0)
         seen = outer_sphere_tests(outside, radius, moving.step, q) + whole * float(share_through(last, around))
-    if name.startswith("tree"):
-        return {"theory": seen + sum(disc_index_tests(inside, LEAF))}
-    return {"theory": seen + sum(sphere_cache_tests(inside, q, 1.5 * disc))}
-
-
-def predicted(name: str, moving: MovingObject, frames: list[Frame]) -> dict:
-    """Reference seconds of one processor for a later frame, all discs and segments, by the cost model."""
-    discs, segments = frames[0].discs, frames[0].segments
-    task = Task.of(discs, len(segments), segments)
-    if not name.startswith("hybrid"):
-        gatherer, _ = make_gatherer(name, discs, task.expected, segments)
-        kind = gatherer.index if name == "disc-index" else name
-        search = predicted_seconds(kind, gatherer, task.expected, task.pilot)
-        return {"predicted": build_seconds(kind, len(discs)) + search}
-    hybrid, kind = hybrid_of(discs, moving.moving, task.expected, task.pilot)
-    seconds = frame_seconds(hybrid, (kind, "sphere-cache"), task, frames=1 << 30)
-    if name.endswith("sums kept"):
-        still = predicted_seconds(kind, hybrid.still.search, task.expected, task.pilot)
-        changed = (len(frames[0].gone) + len(frames[0].come)) / task.expected
-        seconds -= (1.0 - changed) * still
-    return {"predicted": seconds}
+    if name.startswith("disc-index"):
+        return seen + sum(disc_index_tests(inside, LEAF))
+    return seen + sum(sphere_cache_tests(inside, q, 1.5 * disc))
 
 
 def figures(rows: list[dict]) -> dict:
     """For study.json, by scene and share of the discs: up to which r/R the Sphere Cache, its outer spheres kept, finds
-    the discs that move with less of "theory", "work" and "each" than a tree that is built for each frame (None: up to
-    the largest in ``rows``; 0: not even the smallest), and a frame's time with the hybrid over that with Disc Indexing,
-    for the smallest object and the largest.
+    the discs that move with less of "theory", "work" and "each" than Disc Indexing that is built for each frame (None:
+    up to the largest in ``rows``; 0: not even the smallest), and a frame's time with the hybrid over that with Disc
+    Indexing, for the smallest object and the largest.
     """
     result = {}
     for case in dict.fromkeys((row["scene"], row["on it"]) for row in rows):
         here = [row for row in rows if (row["scene"], row["on it"]) == case]
-        spheres, tree = (_by_size(here, "moving", name) for name in ("sphere-cache, outer spheres kept", "tree"))
-        entry = {f"crossover by {column}": _reached(spheres, tree, column) for column in ("theory", "work", "each")}
+        spheres, alone = (_by_size(here, "moving", name) for name in ("sphere-cache, outer spheres kept", "disc-index"))
+        entry = {f"crossover by {column}": _reached(spheres, alone, column) for column in ("theory", "work", "each")}
         index = _by_size(here, "all", "disc-index")
         for name in ("hybrid", "hybrid, sums kept"):
             hybrid = _by_size(here, "all", name)

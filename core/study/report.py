@@ -20,7 +20,6 @@ PLOTS = {
     "growth": "Comparisons over the number of points",
     "cauchy_crofton": "Share of the segments that meet a sphere, over that of the ideal field",
     "frames": "Frames in which an object moves, over its size",
-    "predicted": "Predicted and measured time",
 }
 
 
@@ -62,19 +61,18 @@ def as_markdown(found: StudyTables, command: str, pictures: bool) -> str:
     ]
     for name, title, columns in _SECTIONS:
         picture = f"![{title}]({name}.svg)\n\n" if pictures and name in PLOTS else ""
-        rows = [[_cell(row.get(column)) for column in columns] for row in found.tables[_TABLES.get(name, name)]]
+        rows = [[_cell(row.get(column)) for column in columns] for row in found.tables[name]]
         parts.append(f"## {title}\n\n{picture}{markdown_table(columns, rows)}")
     return "\n\n".join(parts) + "\n"
 
 
 #: Objects of this share of the scene's radius are small at any rate.
 SMALL = 0.03
-_TABLES = {"predicted": "choice"}
 _SECTIONS = (
     (
         "radius",
         PLOTS["radius"],
-        ("scene", "d/spacing", "search", "took", "build", "seconds", "work", "theory", "crossings"),
+        ("scene", "d/spacing", "search", "build", "seconds", "work", "theory", "crossings"),
     ),
     ("q", PLOTS["q"], ("points", "sorted", "Q", "sphere tests", "disc tests", "tests", "theory", "seconds")),
     ("slack", PLOTS["slack"], ("points", "slack", "Q", "tests", "theory")),
@@ -86,27 +84,14 @@ _SECTIONS = (
     (
         "frames",
         PLOTS["frames"],
-        ("scene", "discs", "r/R", "on it", "moving", "search", "first", "each", "predicted", "work", "theory"),
+        ("scene", "discs", "r/R", "on it", "moving", "search", "first", "each", "work", "theory"),
     ),
     ("cauchy_crofton", PLOTS["cauchy_crofton"], ("scene", "r/r0", "expected", "measured", "measured/expected")),
     (
-        "predicted",
-        PLOTS["predicted"],
-        (
-            "scene",
-            "n_P",
-            "n_R",
-            "n_R of a bake",
-            "d/spacing",
-            "search",
-            "took",
-            "build",
-            "seconds",
-            "predicted",
-            "regret",
-        ),
+        "choice",
+        "Every scene at the radius of its bake",
+        ("scene", "n_P", "n_R", "d/spacing", "search", "build", "seconds", "work", "theory", "crossings"),
     ),
-    ("unit_costs", "Cost of a comparison", ("search", "comparison", "ns here", "reference")),
 )
 
 
@@ -117,14 +102,14 @@ def _claims(figures: dict) -> list[list[str]]:
         cross = figures["crossover_d_over_spacing"][name]
         rows.append([
             "Disc Indexing takes up to 50 % less time than Sphere Cache for small discs",
-            f"{name}: {saving:.0%} less with a grid, {figures['disc_index_saving_tree'][name]:.0%} with a tree",
+            f"{name}: {saving:.0%} less",
             _held(saving > 0),
         ])  # fmt: skip
-        grid, tree, work = (_spacings(cross[key], cross) for key in ("seconds, grid", "seconds, tree", "work, tree"))
+        time, work = (_spacings(cross[key], cross) for key in ("seconds", "work"))
         rows.append([
             "Large discs favour the Sphere Cache",
-            f"{name}: from {grid} with a grid, {tree} with a tree; by comparisons {work}",
-            _held(cross["seconds, grid"] is not None),
+            f"{name}: {time} by time, {work} by comparisons",
+            _held(cross["seconds"] is not None),
         ])  # fmt: skip
     for kind, best in figures["q_optimum"].items():
         rows.append([f"Q is best around 0.6-0.7 ({kind})", f"{best:.2f} by comparisons", _held(0.55 <= best <= 0.75)])
@@ -173,17 +158,17 @@ def _claims(figures: dict) -> list[list[str]]:
             "Quasi-static scenes: an efficient hybrid",
             f"{case}: {least:.0%} to {most:.0%} of Disc Indexing's time a frame", _held(least < 1.0),
         ])  # fmt: skip
-    off = figures["predicted_over_measured"]
+    chosen = figures["chosen_by_theory"]
     rows.append([
         "Theory can choose the algorithm",
-        f"auto needs at most {figures['auto_regret']:.2f} times the best choice's time in a bake; predicted over "
-        f"measured processor time {off['least']:.2f} to {off['most']:.2f}", _held(figures["auto_regret"] <= 1.1),
+        f"the formulas name the faster search in {chosen['right']} of {chosen['of']} cases",
+        _held(chosen["right"] > 0.9 * chosen["of"]),
     ])  # fmt: skip
     return rows
 
 
 def _spacings(value: float | None, cross: dict) -> str:
-    return f"nowhere up to {cross['measured up to']:.2g} spacings" if value is None else f"{value:.2g} spacings"
+    return f"nowhere up to {cross['measured up to']:.2g} spacings" if value is None else f"from {value:.2g} spacings on"
 
 
 def _sizes(value: float | None) -> str:

@@ -6,13 +6,10 @@ import time
 from collections.abc import Callable, Generator
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from ..errors import DetpError
-from ..unit_costs import UNIT_COSTS, this_machine
+from ..machine import this_machine
 from . import crofton, growth, q_scan, quasi_static, searches
 from .fields import KINDS
-from .measure import least_squares_costs
 from .scene import StudyScene
 
 
@@ -51,7 +48,7 @@ class StudyTables:
 def run(
     scans: dict[str, Callable[[], StudyScene]], scenes: dict[str, Callable[[], StudyScene]], extent: Extent
 ) -> Generator[str, None, StudyTables]:
-    """Do all experiments; yields a sentence before each. ``scans`` go over many radii, all ``scenes`` test auto.
+    """Do all experiments; yields a sentence before each. ``scans`` go over many radii, all ``scenes`` have their own.
 
     Scenes are loaded one at a time by calling them, so that one alone is in memory.
     """
@@ -66,7 +63,7 @@ def run(
     yield "Whether shares follow surfaces"
     ideal, uneven, by_radius, choices = crofton.ideal(extent.crofton_lines), [], [], []
     for name, load in {**scans, **scenes}.items():
-        yield f"{name}: every search"
+        yield f"{name}: both searches"
         try:
             scene = load()
         except DetpError as error:
@@ -82,7 +79,6 @@ def run(
             yield f"{name}: frames in which something moves"
             frames += quasi_static.scene_rows(scene, extent.quasi_static)
     found.tables.update({"cauchy_crofton": uneven, "radius": by_radius, "choice": choices, "frames": frames})
-    found.tables["unit_costs"] = unit_cost_rows([*by_radius, *choices])
     found.figures.update(_figures(found.tables, ideal))
     found.figures["seconds"] = round(time.perf_counter() - begin, 1)
     return found
@@ -104,71 +100,26 @@ def _figures(tables: dict[str, list[dict]], ideal: dict) -> dict:
     walks = {kind: [row for row in tables["q"] if row["points"] == kind and row["sorted"]] for kind in KINDS}
     names = list(dict.fromkeys(row["scene"] for row in tables["radius"]))
     scans = {name: [row for row in tables["radius"] if row["scene"] == name] for name in names}
-    tried = [row for row in [*tables["choice"], *tables["radius"]] if row["search"] != "auto"]
-    autos = [row for row in [*tables["choice"], *tables["radius"]] if row["search"] == "auto"]
     return {
         "q_optimum": {kind: q_scan.optimum(rows, "tests") for kind, rows in walks.items()},
         "q_optimum_seconds": {kind: q_scan.optimum(rows, "seconds") for kind, rows in walks.items()},
-        "disc_index_saving": {name: _saving(rows, "grid") for name, rows in scans.items()},
-        "disc_index_saving_tree": {name: _saving(rows, "tree") for name, rows in scans.items()},
+        "disc_index_saving": {name: _saving(rows) for name, rows in scans.items()},
         "exponents": growth.exponents(tables["growth"]),
         "crossover_d_over_spacing": {
             name: {
-                "seconds, grid": searches.crossover(rows, "processor", "grid"),
-                "seconds, tree": searches.crossover(rows, "processor", "tree"),
-                "work, tree": searches.crossover(rows, "work", "tree"),
+                "seconds": searches.crossover(rows, "processor"),
+                "work": searches.crossover(rows, "work"),
                 "measured up to": max(row["d/spacing"] for row in rows),
             }
             for name, rows in scans.items()
         },
         "cauchy_crofton": ideal,
-        "auto_regret": max(row["regret"] for row in autos if row in tables["choice"]),
-        "auto_regret_over_radii": max(row["regret"] for row in autos),
-        "predicted_over_measured": _predictions(tried, "predicted processor", "processor"),
-        "predicted_over_measured_wall": _predictions(tried, "predicted", "seconds"),
+        "chosen_by_theory": searches.agreement([*tables["choice"], *tables["radius"]]),
         "quasi_static": quasi_static.figures(tables["frames"]),
         "machine": {"slowness": this_machine().slowness, "parallel": this_machine().parallel},
     }
 
 
-def _saving(rows: list[dict], index: str) -> float:
+def _saving(rows: list[dict]) -> float:
     """What Disc Indexing saves of the Sphere Cache's time for the smallest discs."""
-    return 1.0 - searches.disc_index_over_sphere_cache(rows, "processor", index)[0][1]
-
-
-def _predictions(rows: list[dict], predicted: str, measured: str) -> dict:
-    """Least, median and most of predicted over measured time, of all searches and by kind."""
-
-    def summed_up(some: list[dict]) -> dict[str, float]:
-        off = [row[predicted] / row[measured] for row in some]
-        return {"least": min(off), "median": float(np.median(off)), "most": max(off)}
-
-    kinds = dict.fromkeys(row["search"] for row in rows)
-    return summed_up(rows) | {kind: summed_up([row for row in rows if row["search"] == kind]) for kind in kinds}
-
-
-def unit_cost_rows(rows: list[dict]) -> list[dict]:
-    """Nanoseconds of each comparison here, fitted to all searches in ``rows``, beside UNIT_COSTS.
-
-    All searches but brute force share the code for patches, discs, tests and crossings.
-    """
-    shared = ("patches", "discs", "tests", "crossings")
-    tried = [row for row in rows if row["search"] != "auto"]
-    kinds = list(dict.fromkeys(row["search"] for row in tried))
-    sharing = [kind for kind in kinds if set(shared) <= set(UNIT_COSTS[kind])]
-    names = [(kind, name) for kind in kinds for name in UNIT_COSTS[kind] if kind not in sharing or name not in shared]
-    names += [("with NumPy", name) for name in shared]
-
-    def count(row: dict, kind: str, name: str) -> float:
-        here = row["search"] in sharing if kind == "with NumPy" else row["search"] == kind
-        return row.get(name, 1.0) * row["n_R"] if here else 0.0
-
-    counts = np.array([[count(row, kind, name) for kind, name in names] for row in tried])
-    here = least_squares_costs(counts, np.array([row["processor"] for row in tried]))
-    return [
-        {
-            "search": kind, "comparison": name, "ns here": 1e9 * cost,
-            "reference": UNIT_COSTS[kind if kind in UNIT_COSTS else "grid"][name],
-        }
-        for (kind, name), cost in zip(names, here, strict=True)
-    ]  # fmt: skip
+    return 1.0 - searches.disc_index_over_sphere_cache(rows, "processor")[0][1]

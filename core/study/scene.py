@@ -9,7 +9,7 @@ import numpy as np
 from ..bounds import Bounds
 from ..discs import TangentDiscs
 from ..segments import Segments
-from ..space_filling import mean_spacing
+from .fields import mean_spacing
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,6 @@ class StudyScene:
     centres    (N, 3) metres and normals (N, 3) unit: the estimation points
     radius     metres, what a bake of quality "preview" takes
     segments   in the order they were traced
-    expected   how many segments such a bake searches
     """
 
     name: str
@@ -30,7 +29,6 @@ class StudyScene:
     normals: np.ndarray
     radius: float
     segments: Segments
-    expected: int
 
     @property
     def spacing(self) -> float:

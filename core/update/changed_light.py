@@ -117,8 +117,8 @@ class ChangedRecords:
             yield
         for search in fresh.searches:
             # The hybrid's other half: the first bake's discs keep theirs, see _exchanged.
-            discs, every = search.placed.discs, np.ones(len(search.placed.discs), bool)
-            search.gatherer, _ = make_gatherer(settings.gatherer, discs, max(len(self._all), 1), self._all, every)
+            discs = search.placed.discs
+            search.gatherer, _ = make_gatherer(settings.gatherer, discs, np.ones(len(discs), bool))
             samples = next(s.estimate.samples for s in first.searches if s.half == search.half)
             search.estimate = self._gathered(search, self._all, samples)
             yield

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..lights.aim import towards
+from ..rows import Rows
 from ..sampling import around, cosine_hemisphere
 
 #: Most balls, and the share of a part's extent by which a gap parts it in two.
@@ -72,7 +73,7 @@ class Balls:
 
 
 @dataclass(frozen=True)
-class Rays:
+class Rays(Rows):
     """R rays from some of P places.
 
     row         (R,) the place of each, ascending within each ball
@@ -92,10 +93,6 @@ class Rays:
     def scale(self) -> np.ndarray:
         """What the radiosity (R,) of a surface that a ray meets counts in the place's irradiance."""
         return self.cosine / (np.pi * self.chance)
-
-    def taken(self, rows: np.ndarray) -> Rays:
-        """Those ``rows`` alone."""
-        return Rays(*(part.take(rows, axis=0) for part in vars(self).values()))
 
 
 @dataclass(frozen=True)

@@ -15,15 +15,16 @@ import numpy as np
 
 from ..direct.looks import Look
 from ..direct.low_discrepancy import nets
-from ..direct.nearby_light import NearbyLight
+from ..direct.nearby_lamps import NearbyLamps
 from ..direct.shadows import Shadows
 from ..direct.spots import Spots
 from ..gather.records import RecordFinder
 from ..gather.reflected_light import MOST_FOLLOWED, ReflectedLight, Ways
-from ..lights.light import SHADOW_DIMENSIONS, Light, Surroundings
+from ..lights.light import SHADOW_DIMENSIONS, Light, Surroundings, is_lamp
 from ..parallel import ordered_map, slices
 from ..random_streams import random_stream
 from ..rays import Hits, RayCaster
+from ..rows import Rows
 from ..sampling import cosine_hemisphere
 from ..scene import Scene
 from ..stages import collected
@@ -50,11 +51,11 @@ class Surfaces:
     @classmethod
     def of(cls, scene: Scene, caster: RayCaster, lights: Sequence[Light]) -> Surfaces:
         """Of ``scene`` with its ``lights``."""
-        return cls(Shadows(scene, caster), [light for light in lights if hasattr(light, "met")])
+        return cls(Shadows(scene, caster), [light for light in lights if not is_lamp(light)])
 
 
 @dataclass(frozen=True)
-class WantedPlaces:
+class WantedPlaces(Rows):
     """P places where light is wanted.
 
     origins  (P, 3) metres, clear of surfaces
@@ -67,13 +68,6 @@ class WantedPlaces:
     normals: np.ndarray
     facing: np.ndarray
     group: np.ndarray
-
-    def __len__(self) -> int:
-        return len(self.origins)
-
-    def taken(self, rows) -> WantedPlaces:
-        """Those ``rows`` (index array or slice) alone."""
-        return WantedPlaces(*(part[rows] for part in vars(self).values()))
 
 
 class Sums:
@@ -159,7 +153,7 @@ class LightDifferences:
         self,
         sight: Sight,
         places: WantedPlaces,
-        lamps: NearbyLight,
+        lamps: NearbyLamps,
         count: int,
         generator: np.random.Generator,
     ) -> tuple[np.ndarray, np.ndarray]:
@@ -172,7 +166,7 @@ class LightDifferences:
         found = [(np.empty(0, np.int64), np.empty((0, 3)))]
         row = np.repeat(np.arange(len(places)), count)
         every = places.taken(row)
-        if lamps.lamps:
+        if lamps.kinds:
             rays = lamps.rays(every.origins, every.normals, every.group, generator.random((len(row), 3)))
             lit = np.flatnonzero(rays.light.any(axis=1))
             found.append(self._more(None, sight, every, row, lit, rays, rays.light / count))
@@ -255,7 +249,7 @@ class Differences:
         records: RecordFinder,
         delta: np.ndarray,
         known: np.ndarray,
-        lamps: NearbyLight,
+        lamps: NearbyLamps,
     ):
         self._lights, self._balls, self._lamps = lights, lights.balls, lamps
         self._scenes = (lights.after, lights.before)
@@ -409,7 +403,7 @@ class Differences:
 
 
 @dataclass(frozen=True)
-class Differing:
+class Differing(Rows):
     """R rays that may see what changed.
 
     owner    (R,) whom they tell of it, and the ``weight`` (R, 3) of what they see that comes back there
@@ -425,16 +419,6 @@ class Differing:
     origins: np.ndarray
     group: np.ndarray
     aimed: np.ndarray
-
-    @staticmethod
-    def joined(parts: Sequence[Differing]) -> Differing:
-        """All rays of ``parts``, of which there is one at least."""
-        arrays = {
-            name: np.concatenate([getattr(part, name) for part in parts])
-            for name in ("owner", "weight", "origins", "group", "aimed")
-        }
-        rays = Rays(*(np.concatenate(each) for each in zip(*(vars(part.rays).values() for part in parts), strict=True)))
-        return Differing(rays=rays, **arrays)
 
 
 def add_rows(total: np.ndarray, rows: np.ndarray, more: np.ndarray) -> None:

@@ -13,14 +13,14 @@ from ..bounds import Bounds
 from ..direct.emitters import Emitters
 from ..direct.lamp_light import LampLight
 from ..direct.learnt_choice import LearntChoice
-from ..direct.nearby_light import NearbyLight
+from ..direct.nearby_lamps import NearbyLamps
 from ..discs import TangentDiscs
 from ..estimator.estimate import IrradianceEstimate
 from ..estimator.standpoints import Standpoints
 from ..estimator.visible_area import VisibleArea, VisibleDiscs
 from ..gather.records import Landings, RecordFinder
 from ..gather.reflected_light import ReflectedLight
-from ..gatherers.choose import make_gatherer
+from ..gatherers.disc_index import DiscIndex
 from ..irradiance import Irradiance
 from ..lights.area import AreaLight
 from ..lights.environment import EnvironmentWorld
@@ -48,47 +48,30 @@ class LearntLamps:
              ``begin`` and ``end`` (G, K); and what these have learnt (G, K), None before they have
     centres  (G, 3) metres, the middles of the groups
     brought  (G, kinds) what light, RGB sum, groups found of each kind, in any unit
-    reach    how far away surfaces shade places from distant lights, metres
     group    (N,) of each of the points
     """
 
     kinds: tuple[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None], ...]
     centres: np.ndarray
     brought: np.ndarray
-    reach: float
     group: np.ndarray
 
     @classmethod
-    def of(cls, nearby: NearbyLight, group: np.ndarray, lights: Sequence[Light]) -> LearntLamps:
-        """Of the lamps of ``nearby``, which are among the ``lights``."""
+    def of(cls, nearby: NearbyLamps, group: np.ndarray, lights: Sequence[Light]) -> LearntLamps:
+        """Of those ``nearby``, which are among the ``lights``."""
         number, kinds = {id(light): row for row, light in enumerate(lights)}, []
-        for kind in nearby.lamps:
+        for kind in nearby.kinds:
             which = np.array([number[id(lamp)] for lamp in kind.lamps])
             kinds.append((which, *kind.learnt.fixed(slice(None))))
-        brought = nearby.of_lamps().brought
-        return cls(tuple(kinds), nearby.centres, brought, nearby.reach, group)
+        return cls(tuple(kinds), nearby.centres, nearby.brought, group)
 
-    def among(self, lights: Sequence[Light]) -> NearbyLight:
+    def among(self, lights: Sequence[Light]) -> NearbyLamps:
         """The same of the ``lights`` of the bake."""
         lamps = []
         for which, *learnt in self.kinds:
             some = [lights[row] for row in which]
             lamps.append(LampLight(some, None, 0, LearntChoice.known(Emitters.of_lamps(some), *learnt), None))
-        return NearbyLight(lamps, (), {}, self.centres, self.brought, self.reach)
-
-
-@dataclass(frozen=True)
-class FirstSearch:
-    """What photons brought to the discs of one half of the records.
-
-    The rest is as for :class:`.PhotonSearch`.
-    """
-
-    kind: str
-    placed: VisibleDiscs
-    half: int
-    most: int
-    estimate: IrradianceEstimate
+        return NearbyLamps(lamps, self.centres, self.brought)
 
 
 @dataclass(frozen=True)
@@ -106,7 +89,7 @@ class FirstRecords:
     sides: np.ndarray
     radii: np.ndarray
     finder: RecordFinder
-    searches: tuple[FirstSearch, ...]
+    searches: tuple[PhotonSearch, ...]
     direct: np.ndarray
     indirect: np.ndarray
     common_error: float
@@ -146,19 +129,18 @@ class FirstBake:
     ) -> FirstBake:
         """Of a bake whose ``work`` is done; what that has made is not made again."""
         rays, light, records = work.rays, work.records, work.records.records
-        searches = tuple(FirstSearch(s.kind, s.placed, s.half, s.most, s.estimate) for s in light.searches)
         seen = light.shadow_rays
-        lamps = None if seen is None else LearntLamps.of(seen.nearby, seen.group, work.shining)
+        lamps = None if seen is None else LearntLamps.of(seen.nearby_lamps, seen.group, work.shining)
         kept = FirstRecords(
-            records.held, records.sides, records.radii, records.finder, searches, *light.found.values(),
+            records.held, records.sides, records.radii, records.finder, tuple(light.searches), *light.found.values(),
             light.common_error, lamps,
         )  # fmt: skip
         found = cls(
-            scene, points, settings, work.places, LearntLamps.of(rays.nearby, rays.group, work.shining), kept,
+            scene, points, settings, work.places, LearntLamps.of(rays.nearby_lamps, rays.group, work.shining), kept,
             work.tracing, paths, rays.irradiance + rays.reflected,
             work.common_rounds, rays.done, (rays.rays_per_round / len(points), rays.rays), result,
         )  # fmt: skip
-        vars(found).update(shining=work.shining, caster=work.caster, searches=light.searches, reflected=light.reflected)
+        vars(found).update(shining=work.shining, caster=work.caster, reflected=light.reflected)
         return found
 
     @cached_property
@@ -174,13 +156,10 @@ class FirstBake:
     @cached_property
     def searches(self) -> list[PhotonSearch]:
         """The records' searches for photons, with what they found."""
-        found = []
-        for first in self.records.searches:
-            search = PhotonSearch(first.kind, first.placed, first.half, first.most)
-            search.gatherer, _ = make_gatherer("disc-index", first.placed.discs, max(len(self.paths.segments), 1))
-            search.estimate = first.estimate
-            found.append(search)
-        return found
+        for search in self.records.searches:
+            if search.gatherer is None:
+                search.gatherer = DiscIndex(search.placed.discs)
+        return list(self.records.searches)
 
     @cached_property
     def reflected(self) -> ReflectedLight:
@@ -191,14 +170,14 @@ class FirstBake:
         return found
 
     @cached_property
-    def nearby(self) -> NearbyLight:
+    def nearby_lamps(self) -> NearbyLamps:
         """The lamps, as groups of points know them."""
         return self.lamps.among(self.shining)
 
 
 #: classes of what is kept
 KINDS = (
-    AreaLight, BakeResult, BakeSettings, Bounds, EnvironmentWorld, FirstBake, FirstRecords, FirstSearch, Irradiance,
-    IrradianceEstimate, Landings, LearntLamps, PhotonPaths, PointLight, Points, RecordFinder, Scene, Segments,
-    SpotLight, Standpoints, SunLight, TangentDiscs, UniformWorld, VisibleArea, VisibleDiscs,
+    AreaLight, BakeResult, BakeSettings, Bounds, EnvironmentWorld, FirstBake, FirstRecords, Irradiance,
+    IrradianceEstimate, Landings, LearntLamps, PhotonPaths, PhotonSearch, PointLight, Points, RecordFinder, Scene,
+    Segments, SpotLight, Standpoints, SunLight, TangentDiscs, UniformWorld, VisibleArea, VisibleDiscs,
 )  # fmt: skip

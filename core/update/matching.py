@@ -7,12 +7,10 @@ from dataclasses import fields
 
 import numpy as np
 
+from ..hashing import mixed
 from ..lights.light import Light
 from ..points import Points
 from ..scene import Scene
-
-#: 2^64 over the golden ratio: products with it mix all bits before into the highest.
-_ODD = np.uint64(0x9E3779B97F4A7C15)
 
 #: What the strength of a light is called, one of these, and the share by which rounding may change it.
 STRENGTHS, ROUNDING = ("power", "irradiance", "radiance"), 1e-6
@@ -44,15 +42,6 @@ def _same_anywhere(before: np.ndarray, after: np.ndarray) -> np.ndarray:
     found = order[place]
     same = (old[found] == new) & (before[found] == after).all(axis=1)
     return np.where(same, found, -1)
-
-
-def mixed(rows: np.ndarray) -> np.ndarray:
-    """A number (N,) of all bits of each of the ``rows`` (N, C), by which unlike ones hardly ever agree."""
-    mixed = np.zeros(len(rows), np.uint64)
-    for column in rows.view(np.uint64).T:
-        mixed = (mixed ^ column) * _ODD
-        mixed ^= mixed >> np.uint64(32)
-    return mixed
 
 
 def _numbered(kind: np.ndarray) -> np.ndarray:

@@ -224,7 +224,7 @@ class _Update:
         anew |= balls.distances(self._points.centres) < NEAR
         if len(balls) == 0:
             return anew
-        lamps, group = base.first.nearby, base.places.group[self._same]
+        lamps, group = base.first.nearby_lamps, base.places.group[self._same]
         # Of two scenes, differences take twice the rays.
         dear, noise = 0.5 * base.rays_per_point, NOISE * base.noise
         rows = np.flatnonzero(~anew)
@@ -298,7 +298,7 @@ class _Update:
             (records.reflected, base.first.reflected),
             base.first.records.finder,
             *records.delta,
-            base.first.nearby,
+            base.first.nearby_lamps,
         )
         yield from base.look()
         # In the order of the first bake, whose views are kept.
@@ -325,7 +325,7 @@ class _Update:
         lights, more = [], (*more, more[0] + more[1])
         for number, light in enumerate((first.result.direct, first.result.indirect, first.by_rays)):
             value, error = np.zeros((2, len(anew), 3))
-            known = Irradiance(light.value[olds], light.standard_error[olds]) + more[number]
+            known = light.taken(olds) + more[number]
             value[~anew], error[~anew] = known.value, known.standard_error
             if found is not None:
                 value[anew], error[anew] = found[number].value, found[number].standard_error

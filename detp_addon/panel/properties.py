@@ -95,16 +95,16 @@ class BakeOptions:
         name="Gatherer",
         description="How to search for the photon paths near each point; all find the same light, at different speed",
         items=[
-            ("AUTO", "Automatic", "The one that fits the scene and the radius"),
+            ("AUTO", "Automatic", "The fastest: Disc Indexing"),
             (
                 "DISC_INDEX",
                 "Disc Indexing",
-                "Follow each photon path through an index of the points; best for small discs",
+                "Follow each photon path through a tree over the points",
             ),
             (
                 "SPHERE_CACHE",
                 "Sphere Cache",
-                "Follow the points with nested lists of photon paths; best for large discs",
+                "Follow the points with nested lists of photon paths, as the study's other search",
             ),
             (
                 "HYBRID",

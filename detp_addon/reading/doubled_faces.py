@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...core.update.matching import mixed
+from ...core.hashing import mixed
 from .surface_places import PATCHES
 from .triangle_geometry import cross, safe_unit
 

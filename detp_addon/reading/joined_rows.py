@@ -6,6 +6,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from ...core.ranges import blocks
+
 #: rows of all things that are worked on at once, beyond one thing: what this takes of memory is small beside the rest
 _ROWS = 1 << 18
 
@@ -29,9 +31,4 @@ def any_of(flags: np.ndarray, starts: np.ndarray) -> np.ndarray:
 
 def batches(counts: Sequence[int]) -> Iterator[slice]:
     """Slices of consecutive things with ``counts`` (K) rows each, about _ROWS together or one thing alone."""
-    ends = starts_of(counts)
-    start = 0
-    while start < len(counts):
-        end = int(np.searchsorted(ends, ends[start] + _ROWS, side="right")) - 1
-        yield slice(start, max(end, start + 1))
-        start = max(end, start + 1)
+    return blocks(np.asarray(counts, np.int64), _ROWS)

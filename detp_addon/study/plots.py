@@ -11,10 +11,7 @@ from ...core.study.report import PLOTS
 from ...core.study.run import StudyTables
 from ..files.write_files import replace_file
 
-_NAMES = {
-    "grid": "Disc Indexing, grid", "tree": "Disc Indexing, tree", "sphere-cache": "Sphere Cache",
-    "brute-force": "brute force",
-}  # fmt: skip
+_NAMES = {"disc-index": "Disc Indexing", "sphere-cache": "Sphere Cache"}
 
 
 class NoPlotsError(DetpError):
@@ -53,8 +50,7 @@ def save(figure, folder: Path, name: str) -> None:
 
 
 def _radius(figure, tables: dict) -> None:
-    rows = [row for row in tables["radius"] if row["search"] != "auto"]
-    for axes, scene, here in _panels(figure, rows, "scene", "d / spacing", "µs a segment"):
+    for axes, scene, here in _panels(figure, tables["radius"], "scene", "d / spacing", "µs a segment"):
         axes.set_title(scene)
         for search, line in _groups(here, "search"):
             axes.loglog([row["d/spacing"] for row in line], [1e6 * row["processor"] / row["n_R"] for row in line],
@@ -120,19 +116,6 @@ def _frames(figure, tables: dict) -> None:
     figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize="small")
 
 
-def _predicted(figure, tables: dict) -> None:
-    axes = figure.subplots()
-    rows = [row for table in ("radius", "choice") for row in tables[table] if row["search"] != "auto"]
-    for search, dots in _groups(rows, "search"):
-        axes.loglog([row["processor"] for row in dots], [row["predicted processor"] for row in dots], "o",
-                    label=_NAMES[search])  # fmt: skip
-    ends = [min(row["processor"] for row in rows), max(row["processor"] for row in rows)]
-    for factor, style in ((1.0, "k-"), (1.5, "k:"), (1 / 1.5, "k:")):
-        axes.loglog(ends, [factor * end for end in ends], style, linewidth=1)
-    axes.set(xlabel="measured, processor seconds", ylabel="predicted")
-    axes.legend()
-
-
 def _panels(figure, rows: list[dict], key: str, xlabel: str, ylabel: str):
     """Axes side by side, one for each value of ``key``, with that value and its rows."""
     groups = _groups(rows, key)
@@ -149,5 +132,5 @@ def _groups(rows: list[dict], key: str) -> list[tuple]:
 
 _DRAWN: dict[str, Callable] = {
     "radius": _radius, "q": _q, "slack": _slack, "growth": _growth, "cauchy_crofton": _cauchy_crofton,
-    "frames": _frames, "predicted": _predicted,
+    "frames": _frames,
 }  # fmt: skip

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import bpy
-import numpy as np
 
 from ...core.bake import Baking
 from ...core.photons.photon_light import PHOTONS_PER_TRACE
@@ -35,10 +34,5 @@ def load_study_scene(name: str, path: Path, segments: int) -> StudyScene:
     while sum(map(len, parts)) < segments:
         generator = random_stream(0, "photons", len(parts) * PHOTONS_PER_TRACE)
         parts.append(work.tracer.trace(PHOTONS_PER_TRACE, generator).segments)
-    traced = Segments.joined(parts)
-    # A bake leaves direct light to shadow rays, and searches the rest.
-    searched = np.count_nonzero(traced.bounce) * work.disc.photons // (PHOTONS_PER_TRACE * len(parts))
-    return StudyScene(
-        name, len(export.scene.triangles), export.centres, export.normals, work.disc.radius, traced.spread(segments),
-        max(1, searched),
-    )  # fmt: skip
+    some = Segments.joined(parts).spread(segments)
+    return StudyScene(name, len(export.scene.triangles), export.centres, export.normals, work.radius, some)

@@ -13,10 +13,8 @@ from detp.core.direct.shadows import Shadows
 from detp.core.direct.triangle_choice import TriangleChoice
 from detp.core.lights.area import AreaLight
 from detp.core.lights.emissive import EmissiveTriangles
-from detp.core.lights.environment import EnvironmentWorld
 from detp.core.lights.point import PointLight
 from detp.core.lights.sun import SunLight
-from detp.core.lights.world import UniformWorld
 from detp.core.photons.emission import lights_of
 from detp.core.rays import RayCaster
 from detp.core.scene import Scene
@@ -239,13 +237,14 @@ def test_threads_change_nothing(kind, monkeypatch):
     assert np.array_equal(lit(scene, points, normals, 16).irradiance.value, several)
 
 
-def test_light_at_places_near_the_points_is_that_of_all_lights():
+def test_light_at_places_near_the_points_is_that_of_all_lamps():
     corners, glow = shining(60)
     generator = np.random.default_rng(10)
     lamps = [PointLight((x, 1.0, 1.5), np.full(3, 5.0), 0.1) for x in (-1.0, 1.0)]
     lamps += [PointLight((0, -1.0, 1.5), np.full(3, 9.0)), SunLight((0.3, 0, -1), np.full(3, 0.5))]
-    picture = generator.exponential(size=(4, 8, 3)) * 0.05
-    scene = floor_and(corners, 20 * glow, [*lamps, EnvironmentWorld(picture), UniformWorld(np.full(3, 0.02))])
+    lamps += [SunLight((x, 0.2, -1), np.full(3, 0.2), 0.1) for x in (-0.4, 0.1, 0.4)]
+    # The triangles only cast shadows.
+    scene = floor_and(corners, 0 * glow, lamps)
     points, normals = over_floor(400)
     light = lit(scene, points, normals, 16)
     # Places beside the points that face another way: their light is known from a bake of their own.
@@ -253,7 +252,7 @@ def test_light_at_places_near_the_points_is_that_of_all_lights():
     places = np.array([(-0.5, 0.3, 0.2), (0.2, 0.1, 0.1), (1.0, -0.7, 0.3), (0.0, 0.0, 0.4)])
     own = lit(scene, np.repeat(places, 50, axis=0), np.repeat(ways, 50, axis=0), 64).irradiance.value
     expected = own.sum(axis=1).reshape(4, 50).mean(axis=1)
-    nearby, shadows = light.nearby, Shadows(scene, RayCaster(scene.corners))
+    nearby, shadows = light.nearby_lamps, Shadows(scene, RayCaster(scene.corners))
     groups = light._groups
     for place, way, right in zip(places, ways, expected, strict=True):
         nearest = np.linalg.norm(light._points - place, axis=1).argmin()

@@ -100,7 +100,7 @@ def test_sums_do_not_depend_on_slices(monkeypatch, size):
     visible = VisibleArea(reach, nested_areas(reach, discs.radii), (reach < 0.4).any(axis=1), np.zeros(300, bool))
     flux = generator.exponential(size=(1000, 3)) * np.where(np.arange(1000) % 7 == 0, -1, 1)[:, None]
     segments = Segments(*generator.uniform(-1.5, 1.5, (2, 1000, 3)), flux, np.ones(1000, np.uint16))
-    found = list(DiscIndex(discs, "grid").crossings(segments))
+    found = list(DiscIndex(discs).crossings(segments))
     whole, cut = CrossingSums(discs, segments, visible), CrossingSums(discs, segments, visible)
     kept = [whole.add(crossings) for crossings in found]
     monkeypatch.setattr(crossing_sums, "SHARED", size)

@@ -11,23 +11,12 @@ from detp.core.errors import InvalidSettingError
 from detp.core.gatherers import brute_force, disc_index, sphere_cache, streams
 from detp.core.gatherers.brute_force import BruteForce
 from detp.core.gatherers.choose import make_gatherer
-from detp.core.gatherers.disc_grid import DiscGrid
 from detp.core.gatherers.disc_index import DiscIndex
 from detp.core.gatherers.hybrid import Hybrid
 from detp.core.gatherers.sphere_cache import SphereCache
 from detp.core.segments import Segments
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-
-def grid(cells_per_size):
-    """A grid whose cells are a share of the scene's size, and not of the size it chooses."""
-
-    def index(discs):
-        size = np.ptp(discs.centres, axis=0).max() + 2 * discs.radii.max()
-        return DiscGrid(discs, size / cells_per_size)
-
-    return partial(DiscIndex, index=index)
 
 
 def spheres(last=None, **options):
@@ -53,11 +42,8 @@ def hybrid(every, **options):
 
 GATHERERS = {
     "brute force": BruteForce,
-    "grid": partial(DiscIndex, index="grid"),
-    "grid of 1 cell": grid(0.9),
-    "grid of 7 cells": grid(7),
-    "grid of 60 cells": grid(60),
-    "tree": partial(DiscIndex, index="tree"),
+    "disc index": DiscIndex,
+    "disc index, unbalanced": partial(DiscIndex, halves=lambda count: count // 5),
     "spheres 0.3": spheres(q=0.3),
     "spheres 0.6": spheres(q=0.6),
     "spheres 0.9": spheres(q=0.9),
@@ -282,23 +268,9 @@ def test_the_gatherers_have_the_names_of_the_command_line_and_say_why():
         gatherer, reason = make_gatherer(name, discs)
         assert gatherer.name == name
         assert "as asked for" in reason
-    gatherer, reason = make_gatherer("auto", discs)
-    # These two are much alike here.
-    titles = {"disc-index": "Disc Indexing", "sphere-cache": "Sphere Cache"}
-    assert reason.startswith(titles[gatherer.name])
-    assert "point spacings" in reason and reason.endswith(".")
-    assert "one place" in make_gatherer("auto", discs.taken([0, 0]))[1]
-    assert make_gatherer("auto", discs.taken(slice(0)))[0].name == "disc-index"
-
-
-def test_a_few_distant_discs_turn_the_index_into_a_tree():
-    generator = np.random.default_rng(2)
-    near = generator.uniform(0, 1, (2000, 3)) * [1, 1, 0]
-    centres = np.concatenate([near, generator.uniform(-1e4, 1e4, (50, 3))])
-    uneven = TangentDiscs.of_radius(centres, np.tile([0, 0, 1.0], (2050, 1)), 0.02)
-    assert DiscIndex(uneven).index == "tree"
-    assert "unevenly spread" in make_gatherer("auto", uneven)[1]
-    assert DiscIndex(TangentDiscs.of_radius(near, np.tile([0, 0, 1.0], (2000, 1)), 0.02)).index == "grid"
+    for some in (discs, discs.taken([0, 0]), discs.taken(slice(0))):
+        gatherer, reason = make_gatherer("auto", some)
+        assert gatherer.name == "disc-index" and reason.startswith("Disc Indexing: ")
 
 
 def test_wrong_options_are_named():
@@ -308,7 +280,6 @@ def test_wrong_options_are_named():
         partial(SphereCache, q=1.0),
         partial(SphereCache, q=0.0),
         partial(SphereCache, last_radius=0.0),
-        partial(DiscIndex, index="octopus"),
     ):
         with pytest.raises(InvalidSettingError):
             make(discs)

@@ -1,4 +1,4 @@
-"""The parts of the gatherers against their definitions: boxes of empty cells, trees, frames, curves, streams."""
+"""The parts of the gatherers against their definitions: octants, trees, frames, curves, streams."""
 
 import threading
 
@@ -7,49 +7,25 @@ import pytest
 from detp.core import parallel
 from detp.core.gatherers import streams
 from detp.core.gatherers.balanced_tree import BalancedTree
-from detp.core.gatherers.empty_boxes import ANY_WAY, SIDES, directions, empty_boxes, facing_octants
 from detp.core.gatherers.gatherer import Crossings
 from detp.core.gatherers.local_frame import LocalFrame
-from detp.core.gatherers.ranges import blocks, expanded, expanded_blocks
-from detp.core.space_filling import curve_order, mean_spacing, morton_codes
+from detp.core.gatherers.octants import facing_octants, is_slanted, octants_of
+from detp.core.ranges import blocks, expanded, expanded_blocks
+from detp.core.space_filling import curve_order, morton_codes
+from detp.core.study.fields import mean_spacing
 
 LENGTHS = np.array([3, 0, 1, 7, 0, 2, 12])
 
 
-def test_empty_boxes_are_the_largest_that_hold_nothing():
-    generator = np.random.default_rng(4)
-    shape = np.array([11, 9, 14])
-    occupied = generator.random(shape[::-1]) < 0.004
-    cells = np.repeat(np.flatnonzero(occupied), 2)
-    octants = generator.integers(0, 256, len(cells)).astype(np.uint8)
-    boxes = empty_boxes(cells, octants, shape).reshape(ANY_WAY + 1, *shape[::-1])
-    seen = np.zeros(shape[::-1], np.uint8)
-    np.bitwise_or.at(seen.reshape(-1), cells, octants)
-    for place in generator.integers(0, shape[::-1], (200, 3)):
-        for box in range(ANY_WAY + 1):
-            full = seen != 0 if box == ANY_WAY else (seen >> box & 1) == 1
-
-            def holds_nothing(side, box=box, full=full, place=place):
-                spans = []
-                for axis, at in zip((2, 1, 0), place, strict=True):
-                    back = box == ANY_WAY or box >> axis & 1
-                    ahead = box == ANY_WAY or not box >> axis & 1
-                    spans.append(slice(max(0, at - (side - 1) * back), at + 1 + (side - 1) * ahead))
-                return not full[tuple(spans)].any()
-
-            expected = max([side for side in SIDES if holds_nothing(side)], default=0)
-            assert boxes[box][tuple(place)] == expected
-
-
-def test_no_direction_that_uses_an_octants_box_arrives_against_what_the_box_leaves_out():
+def test_no_direction_of_an_octant_arrives_against_what_is_left_out_for_it():
     generator = np.random.default_rng(5)
     normals = generator.normal(size=(400, 3)) * 10.0 ** generator.uniform(-9, 0, (400, 3))
     normals /= np.linalg.norm(normals, axis=1)[:, None]
     steps = (generator.normal(size=(400, 3)) * 10.0 ** generator.uniform(-9, 0, (400, 3))).astype(np.float32)
-    box = directions(steps.T)
-    assert 50 < (box == ANY_WAY).sum() < 350
+    slanted = is_slanted(steps.T)
+    assert 50 < slanted.sum() < 350
     facing = steps.astype(float) @ normals.T
-    seen = (facing_octants(normals)[None] >> np.minimum(box, 7)[:, None] & 1 == 1) | (box == ANY_WAY)[:, None]
+    seen = (facing_octants(normals)[None] >> octants_of(steps.T)[:, None] & 1 == 1) | ~slanted[:, None]
     assert (facing[~seen] > 0).all()
 
 
@@ -84,11 +60,18 @@ def test_pieces_are_the_parts_of_segments_inside_the_frame():
     inside = ((path >= 0) & (path <= frame.size)).all(axis=2).any(axis=0)
     assert set(np.flatnonzero(inside)) <= set(pieces.segment)
     assert len(pieces.segment) < inside.sum() + 30
-    for time, local in ((pieces.enter, pieces.start), (pieces.enter + pieces.length, pieces.start + pieces.step)):
-        step = ends[pieces.segment] - origins[pieces.segment]
-        expected = frame.local(origins[pieces.segment] + time[:, None] * step)
-        assert np.abs(local.T - expected).max() < 1e-5
-        assert (expected > -1e-9).all() and (expected < frame.size + 1e-9).all()
+    begin, whole = (
+        frame.local(origins[pieces.segment]),
+        frame.local(ends[pieces.segment]) - frame.local(origins[pieces.segment]),
+    )
+    along = (whole * whole).sum(axis=1)
+    for local in (pieces.start.T, (pieces.start + pieces.step).T):
+        # Each end of a piece lies on its segment, at a face of the frame or an end of the segment.
+        time = ((local - begin) * whole).sum(axis=1) / along
+        assert np.abs(begin + time[:, None] * whole - local).max() < 1e-5
+        assert (local > -1e-5).all() and (local < frame.size + 1e-5).all()
+        at_face = np.minimum(np.abs(local), np.abs(frame.size - local)).min(axis=1) < 1e-5
+        assert (at_face | (np.abs(time) < 1e-6) | (np.abs(time - 1) < 1e-6)).all()
 
 
 def test_ranges_are_laid_out_and_cut():

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from detp.core.cost_model import SearchProblem, outer_sphere_tests
 from detp.core.discs import TangentDiscs
 from detp.core.errors import InvalidArrayError
 from detp.core.gatherers.brute_force import BruteForce
@@ -15,7 +14,7 @@ from detp.core.gatherers.hybrid import Hybrid
 from detp.core.gatherers.outer_spheres import Sphere, SphereLists, walked_on
 from detp.core.settings import BakeSettings
 from detp.core.study.fields import uniform_discs, uniform_lines, uniform_points
-from detp.core.unit_costs import bare_segments
+from detp.core.study.theory import SearchProblem, outer_sphere_tests
 
 STILL, MOVING = 600, 60
 MOVES = np.arange(STILL + MOVING) >= STILL
@@ -142,21 +141,19 @@ def test_in_a_bake_of_one_frame_it_is_disc_indexing_and_says_so():
     discs = scene(way(1)[0])
     hybrid, why = make_gatherer("hybrid", discs)
     assert isinstance(hybrid.still.search, DiscIndex) and not hybrid.moving.any()
-    assert "nothing moves, so that it is Disc Indexing with a" in why
+    assert "nothing moves, so that it is Disc Indexing." in why
     hybrid, why = make_gatherer("hybrid", discs, moving=MOVES)
-    assert "600 discs that stay: disc-index" in why and "60 discs that move: sphere-cache" in why
+    assert "Disc Indexing for 600 discs that stay, Sphere Cache for 60 that move." in why
     everything, _ = make_gatherer("hybrid", discs, moving=np.ones(len(discs), bool))
     assert np.array_equal(pairs(everything, lines()), pairs(hybrid, lines()))
     assert BakeSettings(gatherer="hybrid").gatherer == "hybrid"
 
 
-def test_auto_takes_it_for_frames_where_that_pays():
-    generator = np.random.default_rng(5)
-    discs = uniform_discs("surface", 20_000, 0.03, generator)
-    few, many, lit = np.arange(20_000) < 100, np.arange(20_000) < 19_900, lines(4000)
-    pilot = bare_segments(lit.origins, lit.ends)
-    for moving, frames, expected in ((None, 1, False), (few, 1, False), (few, 48, True), (many, 48, False)):
-        gatherer, why = make_gatherer("auto", discs, 20_000, pilot, moving, frames)
+def test_auto_takes_it_where_some_discs_move_and_others_stay():
+    discs, some = scene(way(1)[0]), np.arange(STILL + MOVING)
+    for moving, expected in ((None, False), (MOVES, True), (some >= 0, False), (some < 0, False)):
+        gatherer, why = make_gatherer("auto", discs, moving)
         assert (gatherer.name == "hybrid") == expected, why
-    chosen = make_gatherer("auto", discs, 20_000, pilot, few, 48)
-    assert "a frame against" in chosen[1] and "100 discs that move" in chosen[1]
+        assert np.array_equal(pairs(gatherer, lines()), pairs(BruteForce(discs), lines()))
+    gatherer, why = make_gatherer("auto", discs, MOVES)
+    assert why == "Hybrid: Disc Indexing for 600 discs that stay, Disc Indexing for 60 that move."

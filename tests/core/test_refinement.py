@@ -267,12 +267,6 @@ def test_outlines_are_looked_at_sparsely_only_when_time_is_short():
     assert look_in_every(BakeSettings(error=0.05), 100.0, now) == 1
 
 
-def test_photons_are_planned_for_the_time_that_is_left():
-    assert Bake(BakeSettings(error=0.05)).refinement.likely(1_000_000) == 1_000_000
-    assert 1_000 < Bake(BakeSettings(seconds=2.0)).refinement.likely(10_000_000) < 1_000_000
-    assert Bake(BakeSettings(seconds=1e-6)).refinement.likely(1_000_000) == 0
-
-
 def test_photons_whose_noise_no_longer_falls_give_way_to_rays(monkeypatch):
     def rounds_before_the_last_photons():
         bake = Bake(BakeSettings(error=0.001, photons=64 * FIRST_PHOTONS))

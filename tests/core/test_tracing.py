@@ -42,9 +42,10 @@ def test_lights_get_their_share_of_the_particles_exact_to_one_and_stratified():
     lamps = tuple(PointLight((0.3, 0.3, 0.2), (power, 0.0, 0.0)) for power in (1.0, 7.0, 0.0, 2.0))
     emission = Emission(replace(clear_cell(), lights=lamps), Bounds((0, 0, 0), (3, 3, 3)), seen=np.array([1, 0, 0, 0]))
     assert emission.shares == pytest.approx([0.55, 0.35, 0.1])
-    draws = emission.draws(1001, np.random.default_rng(4))
-    count = np.bincount(draws.light)
-    assert (np.diff(draws.light) >= 0).all() and np.abs(count - 1001 * emission.shares).max() <= 1
-    assert draws.weight == pytest.approx(1 / (1001 * emission.shares[draws.light]))
-    for light, first in enumerate(np.split(draws.uniforms[:, 0], np.cumsum(count)[:-1])):
+    sent, lights = emission.emit(1001, np.random.default_rng(4))
+    count = np.bincount(lights)
+    assert (np.diff(lights) >= 0).all() and np.abs(count - 1001 * emission.shares).max() <= 1
+    assert sent.flux[:, 0] == pytest.approx(np.array([1.0, 7.0, 2.0])[lights] / (1001 * emission.shares[lights]))
+    # Of a point light the first number is how far a particle's way falls from straight up.
+    for light, first in enumerate(np.split(0.5 * (1.0 - sent.directions[:, 2]), np.cumsum(count)[:-1])):
         assert np.array_equal(np.floor(first * count[light]), np.arange(count[light]))

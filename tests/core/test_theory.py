@@ -1,31 +1,26 @@
-"""The study's formulas against counted searches, and the choice that follows from them."""
+"""The study's formulas against counted searches."""
 
 import numpy as np
 import pytest
-from detp.core import unit_costs
-from detp.core.cost_model import (
+from detp.core.discs import TangentDiscs
+from detp.core.gatherers.brute_force import BruteForce
+from detp.core.gatherers.counts import KINDS, Counts
+from detp.core.gatherers.disc_index import DiscIndex
+from detp.core.gatherers.sphere_cache import SphereCache
+from detp.core.machine import this_machine
+from detp.core.parallel import worker_count
+from detp.core.study.crofton import share_met
+from detp.core.study.fields import spacing, uniform_discs, uniform_lines
+from detp.core.study.measure import counted
+from detp.core.study.theory import (
     SearchProblem,
-    best_last_radius,
     best_q,
     disc_index_tests,
-    front_share,
     rebuild_cost,
     share_through,
     sphere_cache_tests,
     spheres_made,
 )
-from detp.core.discs import TangentDiscs
-from detp.core.gatherers.brute_force import BruteForce
-from detp.core.gatherers.candidates import Task, predicted_seconds
-from detp.core.gatherers.choose import make_gatherer
-from detp.core.gatherers.counts import KINDS, Counts
-from detp.core.gatherers.disc_index import DiscIndex
-from detp.core.gatherers.sphere_cache import SphereCache
-from detp.core.parallel import worker_count
-from detp.core.study.crofton import share_met
-from detp.core.study.fields import spacing, uniform_discs, uniform_lines
-from detp.core.study.measure import counted
-from detp.core.unit_costs import UNIT_COSTS, search_lanes, search_seconds, this_machine
 from scipy.stats import norm
 
 
@@ -66,7 +61,8 @@ def test_uniform_lines_meet_spheres_and_discs_by_their_surfaces():
     met = [share_met(lines, centres[at : at + 1], radius)[0] for at, radius in enumerate(radii)]
     discs = TangentDiscs(centres, generator.normal(size=(3, 3)), radii)
     crossed = np.bincount(np.concatenate([c.disc for c in BruteForce(discs).crossings(lines)]), minlength=3) / 40_000
-    for measured, expected in ((met, share_through(radii, 1.0)), (crossed, front_share(radii, 1.0))):
+    # A disc's surface is twice its area, and half of the lines that meet it come from behind.
+    for measured, expected in ((met, share_through(radii, 1.0)), (crossed, share_through(radii, 1.0) / 4.0)):
         z = (measured - expected) / np.sqrt(expected * (1 - expected) / 40_000)
         assert np.abs(z).max() < norm.isf(0.01 / 12)
 
@@ -80,7 +76,7 @@ def test_the_formulas_count_what_the_searches_do_to_a_factor_of_two(kind, dimens
         for q in (0.5, 0.8):
             counts = counted(SphereCache(discs, q, last, short=0), lines)
             assert 0.5 < sum(sphere_cache_tests(problem, q, last)) / counts["work"] < 2.5
-        counts = counted(DiscIndex(discs, "tree"), lines)
+        counts = counted(DiscIndex(discs), lines)
         assert 0.4 < sum(disc_index_tests(problem, 8, roots=6 if kind == "volume" else 1)) / counts["work"] < 2.5
 
 
@@ -88,12 +84,11 @@ def test_spheres_are_made_at_least_once_and_hardly_more_than_once_a_point():
     problem = SearchProblem(1.0, 500, 0.01, 1.0, 2.0)
     made_ = spheres_made(problem, np.array([1.0, 0.5, 0.1, 0.0101, 0.01, 0.005]))
     assert (np.diff(made_) >= 0).all() and made_[0] >= 1.0 and made_[-1] == pytest.approx(500, rel=1e-3)
-    assert problem.radius < best_last_radius(problem, 0.6) <= 8 * problem.radius
 
 
 def test_counting_changes_nothing_and_counts_all():
     discs, lines = field("surface", 500, 1.0, 700)
-    for gatherer in (DiscIndex(discs, "grid"), DiscIndex(discs, "tree"), SphereCache(discs), BruteForce(discs)):
+    for gatherer in (DiscIndex(discs), SphereCache(discs), BruteForce(discs)):
         counts = Counts()
         found = pairs_of(gatherer, lines, counts)
         assert np.array_equal(found, pairs_of(gatherer, lines))
@@ -107,52 +102,8 @@ def test_counting_changes_nothing_and_counts_all():
             assert (totals["lists"] > 0) == (gatherer.name == "sphere-cache")
 
 
-@pytest.mark.parametrize("kind", ["grid", "tree", "sphere-cache"])
-def test_a_pilot_predicts_what_all_segments_cost(kind):
-    discs, lines = field("surface", 4000, 2.0, 20_000)
-    task = Task.of(discs, len(lines), lines)
-    gatherer = task.made(kind)
-    counts = Counts()
-    pairs_of(gatherer, lines, counts)
-    chunk = -(-len(lines) // search_lanes(len(lines), gatherer.chunk))
-    known = search_seconds(kind, counts.totals() | {"lists": counts.totals()["lists"] * chunk / len(lines)},
-                           len(lines), chunk)  # fmt: skip
-    assert len(task.pilot) == 200
-    assert predicted_seconds(kind, gatherer, len(lines), task.pilot) == pytest.approx(known, rel=0.25)
-
-
-def test_the_choice_is_said_with_its_times_and_does_not_depend_on_the_machine(monkeypatch):
-    discs, lines = field("surface", 3000, 0.5, 3000)
-    chosen, reason = make_gatherer("auto", discs, 1 << 22, lines)
-    assert reason.startswith(f"Disc Indexing with a {chosen.index}: the radius is 0.5")
-    assert "point spacings, predicted" in reason and " s against " in reason and " with " in reason
-    assert f"(cells of {chosen.cell:.2g} m, 65536 segments at a time)." in reason
-    spheres, reason = make_gatherer("sphere-cache", discs)
-    assert f"Q = 0.61, last spheres of {spheres.last_radius:.2g} m, points sorted, " in reason
-    monkeypatch.setattr(unit_costs, "this_machine", lambda: unit_costs.Machine(1000.0, 1.0))
-    again, _ = make_gatherer("auto", discs, 1 << 22, lines)
-    assert (again.name, again.index) == (chosen.name, chosen.index)
-    assert "against roughly" in make_gatherer("auto", discs, 3000, lines)[1]
-    assert make_gatherer("auto", discs)[0].name == "disc-index"
-
-
-def test_few_segments_get_a_grid_that_is_built_faster():
-    discs, lines = field("surface", 20_000, 2.0, 100)
-    cells = [Task.of(discs, expected, lines).plan.cell for expected in (1000, 1 << 24)]
-    few, many = (DiscIndex(discs, "grid", cell) for cell in cells)
-    assert len(few._search._patches.member) < 0.6 * len(many._search._patches.member)
-    assert np.array_equal(pairs_of(few, lines), pairs_of(many, lines))
-
-
-def test_a_handful_of_discs_is_left_to_brute_force():
-    discs, lines = field("surface", 3, 0.5, 5000)
-    gatherer, reason = make_gatherer("auto", discs, 1 << 20, lines)
-    assert gatherer.name == "brute-force" and "predicted" in reason
-
-
 def test_this_machine_is_measured_once():
     machine = this_machine()
     assert machine is this_machine()
     assert machine.slowness > 0 and 1.0 <= machine.parallel <= worker_count()
-    assert machine.wall_seconds(2.0, lanes=1) == pytest.approx(2.0 * machine.slowness)
-    assert set(UNIT_COSTS) == set(unit_costs.BUILD_COSTS)
+    assert machine.wall_seconds(2.0) == pytest.approx(2.0 * machine.slowness / machine.parallel)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .discs import TangentDiscs
+from ..discs import TangentDiscs
 
 #: Spheres that a walk along the Morton curve makes, over (r0 / (r - d))^D, for D = 2 and 3: each is centred where the
 #: walk left the one before, half of it lies behind, and the curve leaves it again and again. Measured on a sphere's
@@ -51,14 +51,6 @@ def share_through(radius, around):
     Cauchy and Crofton's formula, the study's second assumption.
     """
     return np.minimum(np.asarray(radius) / around, 1.0) ** 2
-
-
-def front_share(radius, around):
-    """Share of those lines that cross a disc's front, d^2 / 4 r0^2.
-
-    A flat set's surface is twice its area, 2 pi d^2 over 4 pi r0^2, and half of those that meet it come from behind.
-    """
-    return share_through(radius, around) / 4.0
 
 
 def rebuild_cost(q, dimension: float):
@@ -112,19 +104,6 @@ def sphere_cache_tests(problem: SearchProblem, q: float, last: float) -> tuple[f
     lists = problem.segments * share_through(radii, problem.around)
     made = spheres_made(problem, radii[1:])
     return float((made * lists[:-1]).sum()), float(problem.points * lists[-1])
-
-
-def best_last_radius(problem: SearchProblem, q: float) -> float:
-    """The last sphere's radius, metres, of the fewest comparisons: at least somewhat larger than a disc.
-
-    A sphere as large as a disc serves that one alone [study: the optimum of Q is found for r_m = d]; each size up
-    saves spheres and lengthens the last list.
-    """
-    slack = np.geomspace(1.1, 8.0, 40)
-    cost = [sum(sphere_cache_tests(problem, (x * problem.radius / problem.around) ** (1.0 / steps), x * problem.radius))
-            for x in slack for steps in [max(1, round(np.log(x * problem.radius / problem.around) / np.log(q)))]
-            ]  # fmt: skip
-    return float(slack[int(np.argmin(cost))] * problem.radius)
 
 
 def disc_index_tests(

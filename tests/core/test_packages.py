@@ -21,6 +21,16 @@ def test_every_folder_of_code_is_installed():
     assert sorted(listed) == sorted(["detp", *(".".join(("detp", *parts)) for parts in folders)])
 
 
+def test_pages_name_files_that_there_are():
+    pages = [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")]
+    named = {
+        (page.name, name)
+        for page in pages
+        for name in re.findall(r"\b(?:core|detp_addon|tests|tools)/[\w/]+\.py", page.read_text())
+    }
+    assert len(named) > 50 and [pair for pair in sorted(named) if not (ROOT / pair[1]).exists()] == []
+
+
 def readme_example():
     (code,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
     return code

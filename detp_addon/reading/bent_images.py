@@ -1,0 +1,48 @@
+"""Images whose texels pass through a node that is not straight: what it makes of their mean is not its own mean."""
+
+from __future__ import annotations
+
+from .read_node_graph import Feed, feed_of
+
+#: operations by which means of texels stay means, those of two images not looked at
+_STRAIGHT = {"ADD", "SUBTRACT", "MULTIPLY", "MULTIPLY_ADD", "DIVIDE", "RADIANS", "DEGREES"}
+
+#: nodes that bend what they are given, and ways to mix colours that do
+_BENT = {
+    *("ShaderNodeValToRGB", "ShaderNodeMapRange", "ShaderNodeFloatCurve", "ShaderNodeRGBCurve", "ShaderNodeGamma"),
+    *("ShaderNodeClamp", "ShaderNodeBrightContrast"),
+}
+_BENT_BLENDS = {"DARKEN", "LIGHTEN", "DODGE", "BURN", "OVERLAY", "SOFT_LIGHT", "DIFFERENCE"}
+
+
+def bends_images(feed: Feed) -> bool:
+    """Whether on the way to where ``feed`` leads an image passes through a threshold, a ramp or the like."""
+    waiting, fed, images = [feed], {}, []
+    while waiting:
+        here = waiting.pop()
+        if here.node.bl_idname == "ShaderNodeTexImage":
+            images.append(here)
+            continue
+        for socket in here.node.inputs:
+            source = feed_of(socket, here.groups)
+            if source.node is None:
+                continue
+            if source.key not in fed:
+                fed[source.key] = []
+                waiting.append(source)
+            fed[source.key].append(here)
+    met = set()
+    while images:
+        for above in fed.get(images.pop().key, ()):
+            if _bent(above.node):
+                return True
+            if above.key not in met:
+                met.add(above.key)
+                images.append(above)
+    return False
+
+
+def _bent(node) -> bool:
+    if node.bl_idname == "ShaderNodeMath":
+        return node.operation not in _STRAIGHT or node.use_clamp
+    return node.bl_idname in _BENT or getattr(node, "blend_type", "MIX") in _BENT_BLENDS

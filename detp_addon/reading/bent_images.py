@@ -17,7 +17,7 @@ _BENT_BLENDS = {"DARKEN", "LIGHTEN", "DODGE", "BURN", "OVERLAY", "SOFT_LIGHT", "
 
 def bends_images(feed: Feed) -> bool:
     """Whether on the way to where ``feed`` leads an image passes through a threshold, a ramp or the like."""
-    waiting, fed, images = [feed], {}, []
+    waiting, fed, images = [feed] * (feed.node is not None), {}, []
     while waiting:
         here = waiting.pop()
         if here.node.bl_idname == "ShaderNodeTexImage":

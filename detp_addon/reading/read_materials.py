@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .bent_images import bends_images
+from .bent_patterns import bends_patterns
 from .findings import Findings
 from .read_colour_nodes import COLOUR_RULES
 from .read_images import Images
@@ -207,7 +207,7 @@ def _recipe(material) -> Recipe:
     opaque = not getattr(material, "use_transparent_shadow", True) and shaders.passes
     asks = frozenset(probe.asks | ({"rays"} if opaque else set()))
     needs = frozenset(probe.needs)
-    bends = bends_images(feed)
+    bends = bends_patterns(feed)
     return Recipe(material.name, None, feed, needs, asks, shaders.specular, opaque, material.pass_index, bends)
 
 

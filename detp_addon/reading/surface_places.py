@@ -81,7 +81,7 @@ class Probe:
         self.asks.add("angle")
         return 1.0
 
-    material_index = 0.0
+    material_index, half = 0.0, 0.5
 
     def coarser_than(self, coordinates: np.ndarray, size: float) -> bool:
         """No."""
@@ -117,7 +117,7 @@ class Nowhere:
         """Raise."""
         raise WhereaboutsUnknown
 
-    cosine = material_index = back
+    cosine = material_index = half = back
 
     def ray(self, output: str) -> float | None:
         """What a Light Path node tells there."""
@@ -135,7 +135,7 @@ class Patches:
     """The PATCHES of T triangles, looked at in that ``view``, with what is given at their corners (T, 3, c).
 
     ``unknown`` is called with what is not known; ``material_index`` is the material's. Images show their mean over each
-    patch, or, with the number of a ``draw``, what they show at one place on it.
+    patch, or, with the number of a ``draw``, what they show at one place on it; draws come in even numbers.
     """
 
     real = True
@@ -154,7 +154,7 @@ class Patches:
         self.unknown = self.about = unknown
         self._rays, self.back, self.cosine = view.rays, view.back, view.cosine
         self.material_index = material_index
-        self._draw = draw
+        self._draw, self.half = draw, 0.5 if draw is None else float(draw % 2)
 
     def ray(self, output: str) -> float | None:
         """What a Light Path node tells there."""

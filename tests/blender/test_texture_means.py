@@ -202,6 +202,17 @@ def test_fences_cut_out_by_a_threshold_let_their_mean_pass(build, count, looks):
     assert np.abs(passed - 0.5).max() < 4 * 0.5 / np.sqrt(16 * looks)
 
 
+def test_checkers_are_cut_out_by_a_threshold_check_by_check():
+    def build(tree, shown):
+        checks = node(tree, "ShaderNodeTexChecker", Scale=64.0, Vector=tree.nodes.new("ShaderNodeUVMap").outputs[0])
+        return veiled(
+            tree, node(tree, "ShaderNodeMath", {"operation": "GREATER_THAN"}, Value=checks.outputs["Fac"]).outputs[0]
+        )
+
+    checked(build)
+    assert read().scene.transmittance == pytest.approx(0.5, abs=1e-6)
+
+
 def test_ramps_and_powers_bend_texels_and_not_their_mean():
     def build(tree, shown):
         squared = node(tree, "ShaderNodeMath", {"operation": "POWER"}, Value=shown.outputs[0], Value_001=3.0)

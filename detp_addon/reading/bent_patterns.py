@@ -1,4 +1,4 @@
-"""Images whose texels pass through a node that is not straight: what it makes of their mean is not its own mean."""
+"""Images and checkers that pass through a node which is not straight: of their mean it does not make its own mean."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ from .read_node_graph import Feed, feed_of
 
 #: operations by which means of texels stay means, those of two images not looked at
 _STRAIGHT = {"ADD", "SUBTRACT", "MULTIPLY", "MULTIPLY_ADD", "DIVIDE", "RADIANS", "DEGREES"}
+
+#: nodes whose means over patches hide what differs within
+_PATTERNS = {"ShaderNodeTexImage", "ShaderNodeTexChecker"}
 
 #: nodes that bend what they are given, and ways to mix colours that do
 _BENT = {
@@ -15,14 +18,13 @@ _BENT = {
 _BENT_BLENDS = {"DARKEN", "LIGHTEN", "DODGE", "BURN", "OVERLAY", "SOFT_LIGHT", "DIFFERENCE"}
 
 
-def bends_images(feed: Feed) -> bool:
-    """Whether on the way to where ``feed`` leads an image passes through a threshold, a ramp or the like."""
-    waiting, fed, images = [feed] * (feed.node is not None), {}, []
+def bends_patterns(feed: Feed) -> bool:
+    """Whether on the way from where ``feed`` leads an image or a checker meets a threshold, a ramp or the like."""
+    waiting, fed, patterns = [feed] * (feed.node is not None), {}, []
     while waiting:
         here = waiting.pop()
-        if here.node.bl_idname == "ShaderNodeTexImage":
-            images.append(here)
-            continue
+        if here.node.bl_idname in _PATTERNS:
+            patterns.append(here)
         for socket in here.node.inputs:
             source = feed_of(socket, here.groups)
             if source.node is None:
@@ -32,13 +34,13 @@ def bends_images(feed: Feed) -> bool:
                 waiting.append(source)
             fed[source.key].append(here)
     met = set()
-    while images:
-        for above in fed.get(images.pop().key, ()):
+    while patterns:
+        for above in fed.get(patterns.pop().key, ()):
             if _bent(above.node):
                 return True
             if above.key not in met:
                 met.add(above.key)
-                images.append(above)
+                patterns.append(above)
     return False
 
 

@@ -1,10 +1,12 @@
-"""Shining faces that lie where another does, of doubled meshes and objects: of both a ray meets but one; NumPy only."""
+"""Shining faces that lie where another does: of both a ray meets but one."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from ...core.hashing import mixed
+from ...core.rays import RayCaster
+from ...core.triangles import normals_and_areas, row_products
 from .surface_places import PATCHES
 from .triangle_geometry import cross, safe_unit
 
@@ -33,6 +35,16 @@ def share_alone(corners: np.ndarray) -> np.ndarray:
     covered = np.zeros((len(corners), len(PATCHES)), bool)
     np.logical_or.at(covered, second, within)
     return 1.0 - covered.mean(axis=1)
+
+
+def flush_with(caster: RayCaster, corners: np.ndarray) -> np.ndarray:
+    """Whether (T,) the middles of triangles with ``corners`` (T, 3, 3) lie in triangles of the ``caster`` that face the
+    same way."""
+    normals, middles = normals_and_areas(corners)[0], corners.mean(axis=1)
+    off = caster.tolerance(middles)
+    hits = caster.first_hits(middles + off[:, None] * normals, -normals, 2.0 * off)
+    depth = row_products(middles - hits.points, normals)
+    return (hits.triangle >= 0) & (depth <= off) & (row_products(caster.normals[hits.triangle], normals) > 0.0)
 
 
 def _pairs_around_edges(corners: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:

@@ -12,7 +12,7 @@ from .nearest_surface import nearest_places
 from .read_attributes import stored_normals
 from .read_meshes import MeshSurface, corner_triangles, corner_vertex_indices, vertex_positions
 from .surface_normals import corner_normals, face_directions
-from .triangle_geometry import cross, dots, normal_matrices, safe_unit
+from .triangle_geometry import dots, normal_matrices, safe_unit, weights_within
 
 #: steps into which a normal's components are cut when corners with equal normals are put together
 _STEPS = 1 << 19
@@ -170,8 +170,7 @@ def _interpolated_normals(mesh, surface: MeshSurface, triangles: np.ndarray, pla
     """Normals (E, 3) at places on triangles, between those of the triangles' corners."""
     corners = surface.vertices[surface.triangles[triangles]]
     flat = face_directions(surface)[triangles]
-    areas = [dots(cross(corners[:, (k + 1) % 3] - places, corners[:, (k + 2) % 3] - places), flat) for k in range(3)]
-    weights = np.maximum(np.stack(areas, axis=1), 0.0)
+    weights = weights_within(corners, flat, places)
     at_corners = stored_normals(mesh)[surface.corners[triangles]]
     smooth, valid = safe_unit(np.einsum("ek,eki->ei", weights, at_corners))
     agrees = valid & (dots(smooth, flat) > 0.0)

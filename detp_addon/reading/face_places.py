@@ -13,7 +13,18 @@ from .estimation_points import CornerPoints
 from .joined_rows import numbered, starts_of
 from .nearest_surface import nearest_places
 from .read_meshes import MeshSurface
-from .triangle_geometry import determinants, dots, has_area, normal_matrices, safe_unit, sides_meant
+from .surface_normals import face_directions
+from .triangle_geometry import (
+    determinants,
+    directions_around,
+    dots,
+    facing_in_hollows,
+    has_area,
+    normal_matrices,
+    safe_unit,
+    sides_meant,
+    weights_within,
+)  # fmt: skip
 
 #: Seed of the places: the same for every bake, so that bakes of a scene differ by their light alone.
 SEED = 0
@@ -97,8 +108,11 @@ def placed_faces(
     centres, directions = places.of(faces.corners), safe_unit(places.of(faces.normals))[0]
     turned = determinants(np.stack([part.matrix for part in points])) < 0
     flat = normals_and_areas(faces.corners)[0] * np.where(turned, -1.0, 1.0)[owners, None]
-    facing = flat[places.triangle]
-    owner = owners[places.triangle]
+    shared = faces.values if domain == "CORNER" else at
+    around = directions_around(faces.corners, flat, shared, int(shared.max(initial=-1)) + 1)
+    on = places.triangle
+    facing = facing_in_hollows(faces.corners[on], flat[on], around[shared[on]], places.weights, directions)
+    owner = owners[on]
     order = np.argsort(owner, kind="stable")
     ends = np.searchsorted(owner[order], np.arange(len(points) + 1))
     for number, (part, surface) in enumerate(zip(points, surfaces, strict=True)):
@@ -180,12 +194,18 @@ def _on_surface(part: CornerPoints, surface: MeshSurface, centres, normals, faci
     local = np.linalg.lstsq(linear, (centres - origin).T, rcond=None)[0].T
     triangles, places = nearest_places(surface, local, safe_unit(normals @ linear)[0])
     found = triangles >= 0
-    flat = surface.vertices[surface.triangles[triangles]]
-    across = np.cross(flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]) @ normal_matrices(part.matrix[None])[0].T
+    flat, turn = face_directions(surface), normal_matrices(part.matrix[None])[0].T
+    vertices = surface.triangles[triangles]
+    around = directions_around(surface.vertices[surface.triangles], flat, surface.triangles, len(surface.vertices))
+    corners, flat, around = surface.vertices[vertices], flat[triangles], around[vertices] @ turn
+    weights = weights_within(corners, flat, places)
     # In an object that is flattened to a plane some faces have no direction left.
-    across, directed = safe_unit(across)
+    across, directed = safe_unit(flat @ turn)
     facing = np.where((found & directed)[:, None], across, facing)
     # Rounded as its points are, unless the surface turns away there.
     smooth = dots(normals, facing) > _SMOOTH
+    normals = np.where((found & ~smooth)[:, None], facing, normals)
+    hollow = facing_in_hollows(corners @ linear.T, facing, around, weights, normals)
+    facing = np.where((found & directed)[:, None], hollow, facing)
     centres = np.where(found[:, None], places @ linear.T + origin, centres)
-    return centres, np.where((found & ~smooth)[:, None], facing, normals), facing
+    return centres, normals, facing

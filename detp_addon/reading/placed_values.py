@@ -7,7 +7,9 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
+from .findings import Findings
 from .islands import object_number
+from .read_attributes import colours_of_elements
 from .triangle_geometry import normal_matrices, safe_unit
 
 #: what each object gives anew: a kind, or kind and name -> the key of the mesh's own values that it is made from
@@ -25,29 +27,67 @@ BASES = {
 }
 
 
+#: what fills the numbers of an instance that it has no level for
+_NO_LEVEL = 2**31 - 1
+
+
+class InstanceAttributes:
+    """What geometry nodes give the instances that they make."""
+
+    def __init__(self, findings: Findings):
+        self._findings = findings
+        self._known: dict[tuple[int, str], np.ndarray | None] = {}
+
+    def of(self, parent, number: int, name: str) -> np.ndarray | None:
+        """RGBA (4,) of the instance of that ``number`` that an evaluated ``parent`` makes; None without such a one."""
+        key = parent.as_pointer(), name
+        if key not in self._known:
+            self._known[key] = self._read(parent, name)
+        values = self._known[key]
+        return None if values is None or number >= len(values) else values[number]
+
+    @staticmethod
+    def _read(parent, name: str) -> np.ndarray | None:
+        # Blender has these since 4.5.
+        nodes = any(modifier.type == "NODES" for modifier in parent.modifiers)
+        made = parent.evaluated_geometry() if nodes and hasattr(parent, "evaluated_geometry") else None
+        cloud = made.instances_pointcloud() if made else None
+        return colours_of_elements(cloud, name) if cloud else None
+
+    def missing(self, name: str) -> None:
+        """Names an attribute that was found neither among those of instances nor elsewhere."""
+        self._findings.warn("attributes that shaders ask for and instances do not have themselves count as black: {}",
+                            "name", name)  # fmt: skip
+
+
 @dataclass(frozen=True)
 class Standing:
     """An object, or an instance of one, as it stands in the scene.
 
-    matrix  (4, 4) that takes its mesh into the world, in Blender's units
-    random  its number from 0 to 1
+    matrix      (4, 4) that takes its mesh into the world, in Blender's units
+    random      its number from 0 to 1
+    number      which instance of its parent's it is
+    attributes  of instances
     """
 
     obj: bpy.types.Object
     parent: bpy.types.Object | None
     matrix: np.ndarray
     random: float
+    number: int
+    attributes: InstanceAttributes
     depsgraph: bpy.types.Depsgraph
 
     @classmethod
-    def of(cls, instance, depsgraph) -> Standing:
+    def of(cls, instance, depsgraph, attributes: InstanceAttributes) -> Standing:
         """Of an instance of the ``depsgraph``."""
         matrix, obj = np.array(instance.matrix_world, np.float64), instance.object
         if not instance.is_instance:
-            return cls(obj, None, matrix, object_number(obj.name), depsgraph)
+            return cls(obj, None, matrix, object_number(obj.name), 0, attributes, depsgraph)
         # Cycles makes a number of 32 bits to one from 0 to 1.
         random = (instance.random_id & 0xFFFFFFFF) / 0xFFFFFFFF
-        return cls(obj, instance.parent, matrix, random, depsgraph)
+        number = next((part for part in reversed(instance.persistent_id) if part != _NO_LEVEL), 0)
+        return cls(obj, instance.parent, matrix, random, number, attributes, depsgraph)
 
 
 def placed_value(key: tuple[str, str], standing: Standing, given: dict, corners: int) -> np.ndarray:
@@ -79,13 +119,17 @@ def placed_value(key: tuple[str, str], standing: Standing, given: dict, corners:
 
 
 def _property(kind: str, name: str, standing: Standing) -> np.ndarray:
-    """RGBA (4,) of a property by its name or path: of the instancer and the object, or of the view layer and the scene.
+    """RGBA (4,) of a property by its name or path: of the instance, the instancer and the object, or of the view layer
+    and the scene.
 
     Black without one, as in Cycles.
     """
     graph = standing.depsgraph
     owners = [standing.obj, standing.obj.data]
-    if kind == "INSTANCER":
+    if kind == "INSTANCER" and standing.parent is not None:
+        value = standing.attributes.of(standing.parent, standing.number, name)
+        if value is not None:
+            return value
         owners = [standing.parent, *owners]
     if kind == "VIEW_LAYER":
         owners = [graph.view_layer_eval, graph.scene_eval, graph.scene_eval.world]
@@ -93,6 +137,8 @@ def _property(kind: str, name: str, standing: Standing) -> np.ndarray:
         value = _looked_up(owner, name) if owner is not None and name else None
         if value is not None:
             return value
+    if kind == "INSTANCER" and standing.parent is not None:
+        standing.attributes.missing(name)
     return np.zeros(4)
 
 

@@ -83,17 +83,31 @@ def _painted(mesh, layers: ColourLayers, findings: Findings) -> str:
 def attribute_at_corners(mesh, name: str, corner_vertices: np.ndarray) -> np.ndarray | None:
     """An attribute's values (corners, numbers in it), None when the mesh has none that can be read."""
     layer = mesh.attributes.get(name) if name else None
-    if layer is None or layer.data_type not in _LAYOUTS:
+    values = None if layer is None else _stored(layer)
+    if values is None:
         return None
-    prop, width, dtype = _LAYOUTS[layer.data_type]
-    values = np.zeros(len(layer.data) * width, dtype)
-    layer.data.foreach_get(prop, values)
-    values = values.reshape(-1, width)
     if layer.domain == "POINT":
         return values[corner_vertices]
     if layer.domain == "FACE":
         return np.repeat(values, face_sizes(mesh), axis=0)
     return values if layer.domain == "CORNER" else None
+
+
+def colours_of_elements(geometry, name: str) -> np.ndarray | None:
+    """An attribute of a ``geometry`` as RGBA rows, one for each of its elements; None when it has none to be read."""
+    layer = geometry.attributes.get(name) if name else None
+    values = None if layer is None else _stored(layer)
+    return None if values is None else _as_rgba(values)
+
+
+def _stored(layer) -> np.ndarray | None:
+    """The values (elements, numbers in it) of an attribute, None of a type that shaders do not see."""
+    if layer.data_type not in _LAYOUTS:
+        return None
+    prop, width, dtype = _LAYOUTS[layer.data_type]
+    values = np.zeros(len(layer.data) * width, dtype)
+    layer.data.foreach_get(prop, values)
+    return values.reshape(-1, width)
 
 
 def stored_normals(mesh) -> np.ndarray:

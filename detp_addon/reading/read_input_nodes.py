@@ -133,7 +133,7 @@ def _checker(values: Values, node, output, groups):
         share = ((odd[:, 0] == odd[:, 1]) == odd[:, 2]).astype(float)[:, None]
     # Places that lie farther apart than checks meet either as often by chance: half of each is the mean for certain.
     fine = np.isnan(places).any(axis=1, keepdims=True) | values.places.coarser_than(places, 1.0)
-    share = np.where(fine, 0.5, share)
+    share = np.where(fine, values.places.half, share)
     return share if output.identifier == "Fac" else share * first + (1.0 - share) * second
 
 

@@ -18,7 +18,7 @@ from .estimation_points import CornerPoints, PlacedMesh, place_points
 from .findings import Findings
 from .joined_rows import any_of, starts_of
 from .placed_triangles import Placement
-from .placed_values import Standing
+from .placed_values import InstanceAttributes, Standing
 from .read_lights import read_light
 from .read_materials import Materials
 from .read_meshes import MeshSurface, read_mesh, rendered_mesh, respond, with_area
@@ -85,7 +85,7 @@ def read_instances(depsgraph, wanted: set | None, findings: Findings, written: S
     read = RenderedObjects(
         radiance=world_colour(world, layer, findings), world=world.original if world is not None else None
     )
-    materials = Materials(findings)
+    materials, attributes = Materials(findings), InstanceAttributes(findings)
     lit, metres = baked_names(), metres_per_unit(depsgraph.scene)
     known: dict[tuple, tuple[MeshSurface, int | None]] = {}
     targets: list[PlacedMesh] = []
@@ -118,7 +118,7 @@ def read_instances(depsgraph, wanted: set | None, findings: Findings, written: S
         surface, row = known[key]
         if row is None:
             row = len(read.surfaces)
-            read.surfaces.append(surface.placed(Standing.of(instance, depsgraph)))
+            read.surfaces.append(surface.placed(Standing.of(instance, depsgraph, attributes)))
         placed[obj.original] = row
         if _add_mesh(read, instance, Placement(row, matrix, diffuse, shadow, _lightgroup(instance)), wanted, findings):
             targets.append(PlacedMesh(obj.original, obj.data, row, matrix))

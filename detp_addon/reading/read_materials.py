@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .bent_patterns import bends_patterns
 from .findings import Findings
 from .read_colour_nodes import COLOUR_RULES
 from .read_images import Images
@@ -21,6 +23,9 @@ RULES = {**INPUT_RULES, **COLOUR_RULES}
 
 #: triangles evaluated at once
 _CHUNK = 1 << 14
+
+#: Images whose texels a node bends are looked at so many times a patch, by how many triangles there are.
+_DRAWS = ((1 << 11, 64), (1 << 14, 16), (1 << 62, 4))
 
 #: indices of refraction are brought into this range
 _IOR = (0.01, 100.0)
@@ -47,6 +52,7 @@ class Recipe:
     specular  whether it may mirror or refract
     opaque    whether what lets light through throws a full shadow in Cycles
     index     pass index of the material
+    bends     whether nodes make of texels what they do not make of the mean of texels
     """
 
     name: str
@@ -57,6 +63,7 @@ class Recipe:
     specular: bool = False
     opaque: bool = False
     index: int = 0
+    bends: bool = False
 
 
 class Materials:
@@ -120,15 +127,16 @@ class Materials:
             return _repeated(self._physical(recipe.fixed, recipe.name), count)
         if not recipe.needs:
             return _repeated(self._physical(self._raw(recipe, {}, view), recipe.name), count)
+        draws = range(next(draws for most, draws in _DRAWS if count <= most)) if recipe.bends else (None,)
         parts = []
         for start in range(0, count, _CHUNK):
             rows = slice(start, min(start + _CHUNK, count))
-            raw = self._raw(recipe, {key: values[rows] for key, values in corners.items()}, view)
+            raw = self._raw(recipe, {key: values[rows] for key, values in corners.items()}, view, draws)
             self._uneven[rows] |= _uneven(raw, rows.stop - rows.start)
             parts.append(self._physical(_triangle_means(raw, rows.stop - rows.start), recipe.name))
         return Response.joined(parts)
 
-    def _raw(self, recipe: Recipe, corners, view: View) -> Response:
+    def _raw(self, recipe: Recipe, corners, view: View, draws: Sequence[int | None] = (None,)) -> Response:
         def unknown(feature):
             self._findings.warn(f"a plain value takes the place of {feature} in {{}}", "material", recipe.name)
 
@@ -138,11 +146,12 @@ class Materials:
         if recipe.feed is None:
             return Response.of()
         cosines, whole = COSINES if "angle" in recipe.asks else (1.0,), None
-        for cosine in cosines:
-            places = Patches(corners, self._images, unknown, replace(view, cosine=cosine), recipe.index)
+        looks = [(cosine, draw) for cosine in cosines for draw in draws]
+        for cosine, draw in looks:
+            places = Patches(corners, self._images, unknown, replace(view, cosine=cosine), recipe.index, draw)
             with np.errstate(all="ignore"):
                 response = Shaders(Values(places, RULES), left_out).response(recipe.feed)
-            part = response.scaled(np.full((1, 1), 1.0 / len(cosines)))
+            part = response.scaled(np.full((1, 1), 1.0 / len(looks)))
             whole = part if whole is None else whole.plus(part)
         if recipe.opaque and view.rays is SHADOW_RAYS:
             whole = replace(whole, transmittance=np.zeros((1, 3)))
@@ -198,7 +207,8 @@ def _recipe(material) -> Recipe:
     opaque = not getattr(material, "use_transparent_shadow", True) and shaders.passes
     asks = frozenset(probe.asks | ({"rays"} if opaque else set()))
     needs = frozenset(probe.needs)
-    return Recipe(material.name, None, feed, needs, asks, shaders.specular, opaque, material.pass_index)
+    bends = bends_patterns(feed)
+    return Recipe(material.name, None, feed, needs, asks, shaders.specular, opaque, material.pass_index, bends)
 
 
 def _uneven(raw: Response, count: int) -> np.ndarray:

@@ -15,10 +15,11 @@ from ...core.lights.environment import EnvironmentWorld
 from ...core.lights.light import Light
 from ...core.lights.world import UniformWorld
 from ...core.points import Points
+from ...core.rays import RayCaster
 from ...core.scene import Scene
 from ...core.sides import any_side
 from ..wording import counted
-from .doubled_faces import share_alone
+from .doubled_faces import flush_with, share_alone
 from .face_places import PlacedFaces, drawn_anew, placed_faces
 from .findings import Findings
 from .joined_rows import batches, numbered, starts_of
@@ -235,6 +236,7 @@ def _scene(read: RenderedObjects, placed: PlacedTriangles, world: list[Light], f
         sentence = "shadow rays to the world: what they pass otherwise than diffuse rays do, the world's light does not"
         findings.left_out(sentence)
     emission = _counted_once(placed, emission, between, findings)
+    _name_flush(placed, any_side(emission), ~any_side(between), findings)
     spread = seen("spread", 0, diffuse, 0.0)
     specular, lights = specular_table(read.surfaces, optics.front, read.placements, placed), (*read.lights, *world)
     return Scene(
@@ -256,6 +258,18 @@ def _counted_once(placed: PlacedTriangles, emission: np.ndarray, between: np.nda
     emission = emission.copy()
     emission[..., shining, :] *= share[:, None]
     return emission
+
+
+def _name_flush(placed: PlacedTriangles, shines: np.ndarray, opaque: np.ndarray, findings: Findings) -> None:
+    """Name shining triangles that lie in opaque ones which do not shine: whether a ray meets either is chance."""
+    dark = np.flatnonzero(opaque & ~shines)
+    if not shines.any() or len(dark) == 0:
+        return
+    caster = RayCaster(placed.vertices[placed.triangles[dark]])
+    flush = int(flush_with(caster, placed.vertices[placed.triangles[shines]]).sum())
+    if flush:
+        findings.warn(f"{counted(flush, 'triangle')} that shine lie in other faces: move them a little off, or renders "
+                      f"show anything between none and all of their light")  # fmt: skip
 
 
 def _name_patterns(read: RenderedObjects, placed: PlacedTriangles, findings: Findings) -> None:

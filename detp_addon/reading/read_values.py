@@ -25,12 +25,14 @@ class Places(Protocol):
     back            whether the surface is met from behind
     cosine          of the angle to its normal at which it is met
     material_index  the pass index of its material
+    half            what stands for a number that is one at half of each place, and zero at the other
     """
 
     real: bool
     back: bool
     cosine: float
     material_index: float
+    half: float
 
     def ray(self, output: str) -> float | None:
         """What a Light Path node tells of the rays that come there; None when it varies."""

@@ -6,6 +6,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ...core.sampling import LATTICE
+from ...core.sampling import triangle as barycentric
+from ...core.update.matching import mixed
 from .read_images import Images
 from .texture_pyramid import triangle_centres
 from .views import MIRROR_RAYS, VIEWS, View
@@ -78,7 +81,7 @@ class Probe:
         self.asks.add("angle")
         return 1.0
 
-    material_index = 0.0
+    material_index, half = 0.0, 0.5
 
     def coarser_than(self, coordinates: np.ndarray, size: float) -> bool:
         """No."""
@@ -114,7 +117,7 @@ class Nowhere:
         """Raise."""
         raise WhereaboutsUnknown
 
-    cosine = material_index = back
+    cosine = material_index = half = back
 
     def ray(self, output: str) -> float | None:
         """What a Light Path node tells there."""
@@ -131,19 +134,27 @@ class Nowhere:
 class Patches:
     """The PATCHES of T triangles, looked at in that ``view``, with what is given at their corners (T, 3, c).
 
-    ``unknown`` is called with what is not known; ``material_index`` is the material's.
+    ``unknown`` is called with what is not known; ``material_index`` is the material's. Images show their mean over each
+    patch, or, with the number of a ``draw``, what they show at one place on it; draws come in even numbers.
     """
 
     real = True
 
     def __init__(
-        self, corners: dict[tuple[str, str], np.ndarray], images: Images, unknown, view: View, material_index: float
+        self,
+        corners: dict[tuple[str, str], np.ndarray],
+        images: Images,
+        unknown,
+        view: View,
+        material_index: float,
+        draw: int | None = None,
     ):
         self._corners = corners
         self._images = images
         self.unknown = self.about = unknown
         self._rays, self.back, self.cosine = view.rays, view.back, view.cosine
         self.material_index = material_index
+        self._draw, self.half = draw, 0.5 if draw is None else float(draw % 2)
 
     def ray(self, output: str) -> float | None:
         """What a Light Path node tells there."""
@@ -163,17 +174,31 @@ class Patches:
         return np.repeat(longest > size, len(PATCHES))[:, None]
 
     def image(self, node, coordinates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Colour (16 T, 3) and alpha (16 T, 1), each averaged over its patch."""
+        """Colour (16 T, 3) and alpha (16 T, 1) on each patch."""
         texture = self._images.texture(node.image, with_alpha=node.outputs["Alpha"].is_linked)
         if node.projection != "FLAT":
             self.unknown(f"image projection ({node.projection.lower()}), taken as the image's mean")
             coordinates = np.full_like(coordinates, np.nan)
         blend = node.interpolation != "Closest"
-        rgba = texture.patches(coordinates[:, :2], _patch_edges(coordinates), node.extension, blend)
+        centres, edges = coordinates[:, :2], _patch_edges(coordinates)
+        if self._draw is None:
+            rgba = texture.patches(centres, edges, node.extension, blend)
+        else:
+            rgba = texture.looked_at(_drawn(centres, edges, self._draw), node.extension, blend)
         colour, alpha = rgba[:, :3], rgba[:, 3:]
         if texture.associated:
             colour = np.divide(colour, alpha, out=colour.copy(), where=alpha > 0)
         return colour, alpha
+
+
+def _drawn(centres: np.ndarray, edges: np.ndarray, draw: int) -> np.ndarray:
+    """A place (m, 2) on each patch; anywhere where its ``centres`` (m, 2) are not known. Those of all numbers from 0 on
+    are even, and depend on nothing but the patch."""
+    bits = mixed(np.ascontiguousarray(np.rint(np.nan_to_num(centres) * 2.0**20) + 0.0))
+    shift = np.stack([bits >> np.uint64(32), bits & np.uint64(2**32 - 1)], axis=1) / 2.0**32
+    uniforms = (draw * LATTICE + shift) % 1.0
+    aside = barycentric(uniforms)[:, 1:] - 1.0 / 3.0
+    return np.where(np.isfinite(centres), centres + np.einsum("mk,mkd->md", aside, edges), uniforms)
 
 
 def _patch_edges(coordinates: np.ndarray) -> np.ndarray:

@@ -70,6 +70,10 @@ class TexturePyramid:
             result[points] = self._blended(centres[points], extension)
         return result
 
+    def looked_at(self, places: np.ndarray, extension: str, blend: bool) -> np.ndarray:
+        """RGBA (m, 4) at ``places`` (m, 2), as the four texels around are blended, or of the texel there alone."""
+        return self._blended(places, extension) if blend else self._texels(0, places, extension).astype(np.float64)
+
     def _fineness(self, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Into how many rows (m,) to cut each triangle, and the level (m,) to look at, for about two looks a texel."""
         sides = edges * self.levels[0].shape[1::-1]

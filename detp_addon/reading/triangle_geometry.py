@@ -57,6 +57,50 @@ def sides_meant(facing: np.ndarray, normals: np.ndarray) -> np.ndarray:
     return np.where(known[:, None], facing, normals)
 
 
+def weights_within(corners: np.ndarray, flat: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """How much (N, 3) >= 0 each of the ``corners`` (N, 3, 3) of triangles with normals ``flat`` (N, 3) counts at
+    ``places`` (N, 3) on them; sums are twice their areas."""
+    first, second = (np.roll(corners, -step, axis=1) - places[:, None] for step in (1, 2))
+    areas = np.einsum("nci,ni->nc", np.cross(first, second), flat)
+    return np.maximum(areas, 0.0)
+
+
+def corner_angles(corners: np.ndarray) -> np.ndarray:
+    """Angles (T, 3) in radians at the ``corners`` (T, 3, 3) of triangles."""
+    onward, back = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
+    onward, back = onward.reshape(-1, 3), back.reshape(-1, 3)
+    across = cross(onward, back)
+    return np.arctan2(np.sqrt(dots(across, across)), dots(onward, back)).reshape(-1, 3)
+
+
+def directions_around(corners: np.ndarray, flat: np.ndarray, vertices: np.ndarray, count: int) -> np.ndarray:
+    """Mean unit normals (V, 3) around each of ``count`` vertices, by the angles of the triangles that meet there.
+
+    Triangles have these ``corners`` (T, 3, 3), unit normals ``flat`` (T, 3) and ``vertices`` (T, 3). Zero where they
+    cancel out.
+    """
+    angles = corner_angles(corners)
+    sums = [np.bincount(vertices.ravel(), (angles * axis[:, None]).ravel(), count) for axis in flat.T]
+    return safe_unit(np.stack(sums, axis=1))[0]
+
+
+def facing_in_hollows(
+    corners: np.ndarray, flat: np.ndarray, around: np.ndarray, weights: np.ndarray, normals: np.ndarray
+) -> np.ndarray:
+    """How a surface faces (N, 3) at places on triangles with ``corners`` (N, 3, 3), each of which counts by ``weights``
+    (N, 3) there: as the triangle, by its unit normal ``flat`` (N, 3), or in hollows as the surface as a whole.
+
+    Where its neighbours rise before the triangle, smooth shading stands for a rounding before it. There the mean
+    normals ``around`` its corners (N, 3, 3) count, if they are nearer to the shading ``normals`` (N, 3): no light is
+    sought behind the rounding, and none is lost behind the triangle.
+    """
+    inward = corners.mean(axis=1, keepdims=True) - corners
+    rises = np.einsum("nci,nci->nc", around, inward) > 0.0
+    as_whole = safe_unit(np.einsum("nc,nci->ni", weights, np.where(rises[..., None], around, flat[:, None])))[0]
+    nearer = dots(as_whole, normals) > dots(flat, normals)
+    return np.where(nearer[:, None], as_whole, flat)
+
+
 def determinants(matrices: np.ndarray) -> np.ndarray:
     """Determinants (K,) of the linear parts of ``matrices`` (K, 3 or 4, 3 or 4)."""
     (a, b, c), (d, e, f), (g, h, i) = matrices[:, :3, :3].transpose(1, 2, 0)

@@ -57,6 +57,18 @@ def test_neighbours_corners_and_panels_close_by_shine_on():
     assert shone() == (pytest.approx(8.0), [])
 
 
+@pytest.mark.parametrize(
+    "above, faces, named", [(0.0, FRONT, 2), (-0.001, FRONT, 0), (0.001, FRONT, 0), (0.0, BACK, 0)]
+)
+def test_a_panel_in_a_ceiling_is_named(above, faces, named):
+    """And none before it, behind it, or which is the bottom of something that stands on it."""
+    wide = [(7 * x - 3, 7 * y - 2, z) for x, y, z in SQUARE]
+    panel("ceiling", [BACK], wide, (0, 0, 3.1), material(lambda tree: node(tree, "ShaderNodeBsdfDiffuse")))
+    panel("panel", [faces[::-1]], location=(0, 0, 3.1 + above))
+    words = [warning for warning in read().warnings if "lie in other faces" in warning]
+    assert [int(warning.split()[0]) for warning in words] == [named] * (named > 0)
+
+
 def test_panes_that_let_light_through_shine_both():
     def pane(tree):
         shining, clear = tree.nodes.new("ShaderNodeEmission"), tree.nodes.new("ShaderNodeBsdfTransparent")

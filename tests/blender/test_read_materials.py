@@ -210,7 +210,7 @@ def test_patterns_are_named_on_large_faces_alone(shader, socket):
         corner.vector.x *= 0.4
     assert read().warnings == ()
     map_to_unit_square(window)
-    quad("ground", size=50.0)
+    quad("ground", size=50.0, location=(0, 0, -1))
     assert read().warnings == ()
 
 

@@ -139,6 +139,65 @@ def test_geometry_node_instances_have_their_own_materials(scene):
     assert (read_back.scene.albedo == (1, 0, 0)).all(axis=1).sum() == 4 * 12
 
 
+def hues_of_instances(tree):
+    """A material of the colours that the nodes of ``tree`` give instances, and those nodes after its last one."""
+
+    def shader(nodes):
+        asked = node(nodes, "ShaderNodeAttribute", {"attribute_type": "INSTANCER", "attribute_name": "hue"})
+        return node(nodes, "ShaderNodeBsdfDiffuse", Color=asked.outputs["Color"])
+
+    result = next(made for made in tree.nodes if made.bl_idname == "NodeGroupOutput")
+    last = result.inputs[0].links[0].from_socket
+    store = node(tree, "GeometryNodeStoreNamedAttribute", {"data_type": "FLOAT", "domain": "INSTANCE"})
+    store.inputs["Name"].default_value = "hue"
+    value = next(socket for socket in store.inputs if socket.name == "Value" and socket.enabled)
+    number = node(
+        tree, "ShaderNodeMath", {"operation": "MULTIPLY"}, Value=tree.nodes.new("GeometryNodeInputIndex").outputs[0]
+    )
+    number.inputs[1].default_value = 0.25
+    tree.links.new(number.outputs[0], value)
+    tree.links.new(last, store.inputs[0])
+    tree.links.new(store.outputs[0], result.inputs[0])
+    return material(shader)
+
+
+@pytest.mark.parametrize("of", ["mesh", "object", "collection", "picked", "nested"])
+def test_instances_have_the_colours_that_geometry_nodes_give_them(of):
+    tree = bpy.data.node_groups.new("nodes", "GeometryNodeTree")
+    tree.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
+    tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    given, result = tree.nodes.new("NodeGroupInput"), tree.nodes.new("NodeGroupOutput")
+    place = tree.nodes.new("GeometryNodeInstanceOnPoints")
+    group = bpy.data.collections.new("group")
+    box = cube("box", collection=group)
+    if of in ("collection", "picked"):
+        source = node(tree, "GeometryNodeCollectionInfo", Collection=group, Separate_Children=of == "picked")
+        place.inputs["Pick Instance"].default_value = of == "picked"
+    else:
+        source = node(tree, "GeometryNodeObjectInfo", Object=box, As_Instance=of == "object")
+    geometry = next(socket for socket in source.outputs if socket.name in ("Geometry", "Instances"))
+    tree.links.new(given.outputs[0], place.inputs["Points"])
+    tree.links.new(geometry, place.inputs["Instance"])
+    tree.links.new(place.outputs[0], result.inputs[0])
+    box.data.materials.append(hues_of_instances(tree))
+    around = bpy.data.collections.new("around")
+    points = quad("points", collection=around if of == "nested" else None)
+    points.modifiers.new("nodes", "NODES").node_group = tree
+    if of == "nested":
+        instancer = linked("instancer", None)
+        instancer.instance_type, instancer.instance_collection = "COLLECTION", around
+    quad("target", location=(0, 0, -5))
+    read_back = read()
+    colours = np.sort(np.unique(read_back.scene.albedo[:, 0].round(4)))
+    unread = any("instances do not have" in words for words in read_back.warnings)
+    if of == "nested" or bpy.app.version < (4, 5):
+        assert unread
+        assert colours == pytest.approx([0.0, 0.8])
+    else:
+        assert not unread
+        assert colours == pytest.approx([0.0, 0.25, 0.5, 0.75, 0.8])
+
+
 def test_mirrored_objects_keep_their_faces_and_normals_outside():
     cube("mirrored", location=(3, 0, 0), scale=(-1, 2, 1))
     cube("flattened", location=(-3, 0, 0), scale=(1, 1, 0))

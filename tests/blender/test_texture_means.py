@@ -138,3 +138,98 @@ def test_without_their_uv_map_images_show_their_corner_as_in_cycles(interpolatio
     exported = read()
     assert any(("bare: Gone" if asked else "1 mesh (bare)") in warning for warning in exported.warnings)
     assert np.allclose(exported.scene.emission[0], emitted(obj)[0], atol=2e-3)
+
+
+def checked(build, count=1, tiles=16):
+    """What a card of ``count`` squares, each ``tiles`` times a picture of four texels, does by ``build(tree, image)``.
+
+    Of the texels two are whole and bright and two clear and black.
+    """
+    texels = np.array([[(1, 1, 1, 1), (0, 0, 0, 0)], [(0, 0, 0, 0), (1, 1, 1, 1)]], float)
+    picture = image(texels, colour_space="Non-Color")
+
+    def made(tree):
+        return build(tree, node(tree, "ShaderNodeTexImage", {"image": picture, "interpolation": "Closest"}))
+
+    vertices = [(x, y, 0.0) for y in (0, 1) for x in range(count + 1)]
+    faces = [(k, k + 1, count + k + 2, count + k + 1) for k in range(count)]
+    card = linked("card", mesh(vertices, faces))
+    places = np.array([np.array(vertices[loop.vertex_index][:2]) * tiles for loop in card.data.loops])
+    card.data.uv_layers.new(name="UVMap").uv.foreach_set("vector", places.ravel().astype(np.float32))
+    card.data.materials.append(material(made))
+    return card
+
+
+def veiled(tree, share):
+    """A black surface that is there by that ``share``."""
+    shader, clear = node(tree, "ShaderNodeBsdfDiffuse", Color=(0, 0, 0, 1)), tree.nodes.new("ShaderNodeBsdfTransparent")
+    return node(tree, "ShaderNodeMixShader", Fac=share, Shader=clear.outputs[0], Shader_001=shader.outputs[0])
+
+
+def clipped_alpha(tree, shown):
+    return veiled(tree, node(tree, "ShaderNodeMath", {"operation": "GREATER_THAN"}, Value=shown.outputs[1]).outputs[0])
+
+
+def clipped_as_gltf(tree, shown):
+    below = node(tree, "ShaderNodeMath", {"operation": "LESS_THAN"}, Value=shown.outputs[1], Value_001=0.3)
+    return veiled(
+        tree, node(tree, "ShaderNodeMath", {"operation": "SUBTRACT"}, Value=1.0, Value_001=below.outputs[0]).outputs[0]
+    )
+
+
+def clipped_in_a_group(tree, shown):
+    group = bpy.data.node_groups.new("clip", "ShaderNodeTree")
+    group.interface.new_socket("Alpha", in_out="INPUT", socket_type="NodeSocketFloat")
+    group.interface.new_socket("Share", in_out="OUTPUT", socket_type="NodeSocketFloat")
+    ramp = node(group, "ShaderNodeValToRGB", Fac=group.nodes.new("NodeGroupInput").outputs[0])
+    ramp.color_ramp.interpolation = "CONSTANT"
+    ramp.color_ramp.elements[1].position = 0.9
+    group.links.new(ramp.outputs[0], group.nodes.new("NodeGroupOutput").inputs[0])
+    used = tree.nodes.new("ShaderNodeGroup")
+    used.node_tree = group
+    tree.links.new(shown.outputs[1], used.inputs[0])
+    return veiled(tree, used.outputs[0])
+
+
+@pytest.mark.parametrize("build", [clipped_alpha, clipped_as_gltf, clipped_in_a_group])
+@pytest.mark.parametrize("count, looks", [(1, 64), (2000, 16)])
+def test_fences_cut_out_by_a_threshold_let_their_mean_pass(build, count, looks):
+    """The mean alpha of a patch of many texels is beyond the threshold, or not; that of the texels is for half."""
+    checked(build, count)
+    passed = read().scene.transmittance[:, 0]
+    assert passed.mean() == pytest.approx(0.5, abs=0.01)
+    # As coins fall, so many times on each of 16 patches.
+    assert np.abs(passed - 0.5).max() < 4 * 0.5 / np.sqrt(16 * looks)
+
+
+def test_checkers_are_cut_out_by_a_threshold_check_by_check():
+    def build(tree, shown):
+        checks = node(tree, "ShaderNodeTexChecker", Scale=64.0, Vector=tree.nodes.new("ShaderNodeUVMap").outputs[0])
+        return veiled(
+            tree, node(tree, "ShaderNodeMath", {"operation": "GREATER_THAN"}, Value=checks.outputs["Fac"]).outputs[0]
+        )
+
+    checked(build)
+    assert read().scene.transmittance == pytest.approx(0.5, abs=1e-6)
+
+
+def test_ramps_and_powers_bend_texels_and_not_their_mean():
+    def build(tree, shown):
+        squared = node(tree, "ShaderNodeMath", {"operation": "POWER"}, Value=shown.outputs[0], Value_001=3.0)
+        return node(tree, "ShaderNodeBsdfDiffuse", Color=squared.outputs[0])
+
+    checked(build)
+    # Of 1 024 looks each, as coins fall.
+    assert read().scene.albedo[:, 0] == pytest.approx(0.5, abs=4 * 0.5 / 32)
+
+
+def test_what_texels_become_depends_on_nothing_but_their_triangle():
+    first = checked(clipped_alpha, count=30)
+    alone = read().scene.transmittance
+    other = checked(clipped_alpha, count=20, tiles=7.3)
+    # One material, whose triangles are all evaluated together.
+    other.data.materials[0] = first.data.materials[0]
+    among = read().scene.transmittance
+    assert len(alone) == 60 and len(among) == 100
+    assert any(np.array_equal(among[k : k + 60], alone) for k in (0, 40))
+    assert len(np.unique(among)) > 20

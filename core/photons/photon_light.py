@@ -91,11 +91,14 @@ class PhotonLight:
         yield "Tracing photons"
         parts = []
         for share, traced in zip(shares, stopwatch.timed("trace", traces), strict=True):
-            # Each part carries the scene's full power; in its batch it stands for its share of the particles.
-            parts.append(traced.segments.weighted(share / particles))
-            self._cut += traced.cut_flux * share
+            segments = traced.segments
             if self.journal is not None:
-                self.journal.keep(traced.segments.weighted(share), traced.lights)
+                self.journal.keep(segments.weighted(share), traced.lights)
+                # It keeps all; what is gathered is as without it, and so is what a step costs.
+                segments = segments if any(search.kind == "direct" for search in self.searches) else segments.indirect
+            # Each part carries the scene's full power; in its batch it stands for its share of the particles.
+            parts.append(segments.weighted(share / particles))
+            self._cut += traced.cut_flux * share
             yield "Tracing photons"
         segments = Segments.joined(parts)
         self.segments += len(segments)

@@ -58,7 +58,7 @@ MOST_ROUNDS = 512
 DARK_AFTER = 1 << 18
 
 #: Variance by rays over that by photons from which photons are of no use, once no more rays are cast; and the reverse.
-SPENT = 4.0
+SPENT = 2.0
 
 #: Variance by photons over that by rays from which rays are of no use; and when photons then save less than this share
 #: of what they should, the records differ by where they lie.

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ...core.hashing import mixed
 from ...core.sampling import LATTICE
 from ...core.sampling import triangle as barycentric
-from ...core.update.matching import mixed
 from .read_images import Images
 from .texture_pyramid import triangle_centres
 from .views import MIRROR_RAYS, VIEWS, View

@@ -299,7 +299,7 @@ class Refinement:
     def _most_rays(self, goal: float) -> float:
         """Rays after which neighbourhoods that are far off are given up."""
         patience = 1.0 if self._settings.error is None else PATIENCE
-        most = patience * MOST_RAYS * (0.04 / goal) ** 2 * self._rays.points
+        most = patience * MOST_RAYS * _times(goal) * self._rays.points
         return most if self._very_far else min(most, MORE_RAYS * self._well[2])
 
     def _more_photons(self) -> Step | None:
@@ -307,8 +307,7 @@ class Refinement:
             return None
         done, wanted = self._photons.particles, self._photons.particles
         if self.missing is not None:
-            goal = self._settings.aimed_noise
-            if done >= max(MORE_PHOTONS * self._well[1], PHOTONS_FOR_FEW * (0.04 / goal) ** 2):
+            if done >= max(MORE_PHOTONS * self._well[1], PHOTONS_FOR_FEW * _times(self._settings.aimed_noise)):
                 return None
         if np.isfinite(self._left):
             # Summing up takes time as well, so that short bakes should not take many steps.
@@ -370,6 +369,11 @@ def _first_gather(goal: float | None) -> int:
     """With how many rounds of rays records are first looked into, where that error is aimed at."""
     wanted = LEAST_GATHER if goal is None else LEAST_GATHER * (GATHER_ERROR / goal) ** 2
     return int(np.clip(wanted, LEAST_GATHER, MOST_GATHER))
+
+
+def _times(goal: float) -> float:
+    """How many times as many rays or photons the error ``goal`` takes as one of 4 %."""
+    return (0.04 / goal) ** 2
 
 
 def _seconds_left(settings: BakeSettings, start: float) -> float:

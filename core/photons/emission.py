@@ -52,7 +52,8 @@ class Emission:
         shares = power[shining] / power[shining].sum()
         if seen is not None and seen[shining].any():
             shares = 0.5 * (shares + seen[shining] / seen[shining].sum())
-        parts = [_parts(lights[row], [] if box is None else shells_of(box, bounds)) for row in shining]
+        shells = [] if box is None else shells_of(box, bounds)
+        parts = [_parts(lights[row], shells) for row in shining]
         count = np.array([len(each) for each in parts])
         self._lights = list(chain(*parts))
         self.near = np.repeat([not is_world(lights[row]) for row in shining], count)

@@ -11,7 +11,7 @@ from ...core.triangles import normals_and_areas
 from .estimation_points import CornerPoints
 from .joined_rows import numbered, starts_of
 from .read_meshes import MeshSurface
-from .triangle_geometry import cross, determinants, dots, safe_unit
+from .triangle_geometry import angles_between, determinants, dots, safe_unit
 
 #: how far from its vertex a corner looks around, as a share of the way to the middle of its triangles
 _ASIDE = 0.002
@@ -199,7 +199,6 @@ def _bisectors(triangles: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, 
     # The bisector meets the opposite edge at parts that are to each other as the edges beside it.
     total = np.where(a + b > 0, a + b, 1.0)[:, None]
     bisectors = (b[:, None] * first + a[:, None] * second) / total
-    across = cross(first, second)
-    angles = np.maximum(np.arctan2(np.sqrt(dots(across, across)), dots(first, second)), _LEAST_ANGLE)
+    angles = np.maximum(angles_between(first, second), _LEAST_ANGLE)
     inside = lengths[pairs, own] > _SAME_PLACE * np.maximum(a, b)
     return np.where(inside[:, None], triangles.mean(axis=1) - corners, bisectors), np.where(inside, 1.0, angles)

@@ -126,7 +126,8 @@ def _property(kind: str, name: str, standing: Standing) -> np.ndarray:
     """
     graph = standing.depsgraph
     owners = [standing.obj, standing.obj.data]
-    if kind == "INSTANCER" and standing.parent is not None:
+    instanced = kind == "INSTANCER" and standing.parent is not None
+    if instanced:
         value = standing.attributes.of(standing.parent, standing.number, name)
         if value is not None:
             return value
@@ -137,7 +138,7 @@ def _property(kind: str, name: str, standing: Standing) -> np.ndarray:
         value = _looked_up(owner, name) if owner is not None and name else None
         if value is not None:
             return value
-    if kind == "INSTANCER" and standing.parent is not None:
+    if instanced:
         standing.attributes.missing(name)
     return np.zeros(4)
 

@@ -68,9 +68,13 @@ def weights_within(corners: np.ndarray, flat: np.ndarray, places: np.ndarray) ->
 def corner_angles(corners: np.ndarray) -> np.ndarray:
     """Angles (T, 3) in radians at the ``corners`` (T, 3, 3) of triangles."""
     onward, back = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
-    onward, back = onward.reshape(-1, 3), back.reshape(-1, 3)
-    across = cross(onward, back)
-    return np.arctan2(np.sqrt(dots(across, across)), dots(onward, back)).reshape(-1, 3)
+    return angles_between(onward.reshape(-1, 3), back.reshape(-1, 3)).reshape(-1, 3)
+
+
+def angles_between(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Angles (N,) in radians between the vectors ``first`` (N, 3) and ``second`` (N, 3), of any length."""
+    across = cross(first, second)
+    return np.arctan2(np.sqrt(dots(across, across)), dots(first, second))
 
 
 def directions_around(corners: np.ndarray, flat: np.ndarray, vertices: np.ndarray, count: int) -> np.ndarray:

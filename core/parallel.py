@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import threading
+import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -12,6 +13,9 @@ from typing import TypeVar
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
+
+#: Seconds after which no more tasks are begun before the results so far are handed out.
+TOGETHER = 0.3
 
 _thread = threading.local()
 
@@ -39,10 +43,10 @@ def alone() -> Iterator[None]:
 
 
 def ordered_map(function: Callable[[Task], Result], tasks: Iterable[Task]) -> Iterator[Result]:
-    """Yield ``function(task)`` in the tasks' order, a few at a time in parallel.
+    """Yield ``function(task)`` in the tasks' order, worked on in parallel, for TOGETHER seconds at a time.
 
-    No thread is alive while the caller holds a result: the pool is joined before each group of results is
-    handed out, as Blender demands of threads inside an operator. Tasks that call this do their own part alone.
+    No thread is alive while the caller holds a result: all are joined before any results are handed out, as Blender
+    demands of threads inside an operator. Tasks that call this do their own part alone.
     """
     workers = 1 if getattr(_thread, "works", False) else worker_count()
     remaining = iter(tasks)
@@ -50,9 +54,19 @@ def ordered_map(function: Callable[[Task], Result], tasks: Iterable[Task]) -> It
         if len(group) == 1:
             yield function(group[0])
             continue
+        found: dict[int, Result] = {}
+        more, until, turn = enumerate(remaining, len(group)), time.perf_counter() + TOGETHER, threading.Lock()
+
+        def work(task: tuple[int, Task] | None, found=found, more=more, until=until, turn=turn) -> None:
+            while task is not None:
+                number, own = task
+                found[number] = function(own)
+                with turn:
+                    task = next(more, None) if time.perf_counter() < until else None
+
         with ThreadPoolExecutor(workers, initializer=setattr, initargs=(_thread, "works", True)) as pool:
-            results = list(pool.map(function, group))
-        yield from results
+            list(pool.map(work, enumerate(group)))
+        yield from map(found.pop, range(len(found)))
 
 
 def interleaved(streams: Iterable[Iterator[Result]]) -> Iterator[Result]:

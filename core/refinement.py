@@ -70,7 +70,7 @@ BEYOND, TIMES, FEW = 0.3, 3.0, 0.01
 
 #: So are those of whose points more than such a share are off by more than the error itself by what photons left at
 #: records: a whole wall has that in common, and no eye averages it out.
-ALIKE = 0.5
+ALIKE, FEW_ALIKE = 0.5, 0.002
 
 #: Such neighbourhoods are given up after so many rounds of rays of their own, or rays for each of all points on average
 #: for an error of 4 % (their number grows as one over its square). An error that was asked for gives up after PATIENCE
@@ -193,12 +193,12 @@ class Refinement:
     def _look_for_missing(self, light: Irradiance, by_photons: Irradiance, goal: float) -> None:
         """Find the neighbourhoods in which too many points are far off, and by how much they are over their aim."""
         self._over, self._very_far = 0.0, False
-        parts = [(light, TIMES * goal, BEYOND)]
+        parts = [(light, TIMES * goal, BEYOND, FEW)]
         if self._cells:
-            parts.append((Irradiance(light.value, by_photons.standard_error), goal, ALIKE))
-        for part, error, share in parts:
+            parts.append((Irradiance(light.value, by_photons.standard_error), goal, ALIKE, FEW_ALIKE))
+        for part, error, share, few in parts:
             missing = far_off(part, error, self._rays, share)
-            if missing.mean() > FEW:
+            if missing.mean() > few:
                 self.missing = missing if self.missing is None else self.missing | missing
                 self._over = max(self._over, error_within(part.seen_errors[missing], 1.0 - share) / error)
         if self.missing is not None:

@@ -54,8 +54,7 @@ def around(axes: np.ndarray, fall: np.ndarray, turn: np.ndarray) -> np.ndarray:
     first, second = frames(axes)
     sine = np.sqrt(np.maximum(fall * (2.0 - fall), 0.0))
     angle = 2.0 * np.pi * turn
-    aside = (sine * np.cos(angle))[:, None] * first + (sine * np.sin(angle))[:, None] * second
-    return aside + (1.0 - fall)[:, None] * axes
+    return combined(np.stack([sine * np.cos(angle), sine * np.sin(angle)], axis=1), 1.0 - fall, first, second, axes)
 
 
 def cosine_hemisphere(normals: np.ndarray, uniforms: np.ndarray) -> np.ndarray:

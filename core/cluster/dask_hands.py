@@ -76,7 +76,14 @@ def hands_at(address: str, wait: float = WAIT) -> Iterator[DaskHands]:
         raise ClusterError("Workers know detp only as pip installs it: bake with the program 'detp', not in Blender.")
     # What befalls workers is told by errors of this bake alone.
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
-    quiet = {"distributed.admin.large-graph-warning-threshold": "1GiB", "distributed.comm.timeouts.connect": CONNECT}
+    # Dask watches its processes all the time, which takes a twentieth of it.
+    quiet = {
+        "distributed.admin.large-graph-warning-threshold": "1GiB",
+        "distributed.comm.timeouts.connect": CONNECT,
+        "distributed.worker.profile.enabled": False,
+        "distributed.admin.system-monitor.interval": "10s",
+        "distributed.admin.tick.interval": "1s",
+    }
     with ExitStack() as stack:
         stack.enter_context(config.set(quiet))
         if address == LOCAL:

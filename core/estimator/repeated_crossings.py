@@ -29,11 +29,9 @@ class RepeatedCrossings:
         self._held: list[Crossings] = []
         self._count = 0
 
-    def add(self, crossings: Crossings, kept: np.ndarray) -> None:
-        """Look at those of these crossings too that are ``kept`` (C,)."""
-        if self._segments.particle is None:
-            return
-        self._hold(crossings, kept)
+    def add(self, crossings: Crossings) -> None:
+        """Look at these crossings too."""
+        self._hold(crossings)
         while self._count > self._most:
             self._every *= 2
             held, self._held, self._count = self._held, [], 0
@@ -62,10 +60,8 @@ class RepeatedCrossings:
             found[:, channel] = np.bincount(disc, products[:, channel], self._discs)
         return found * self._every
 
-    def _hold(self, crossings: Crossings, kept: np.ndarray | None = None) -> None:
-        kept = np.ones(len(crossings), bool) if kept is None else kept
+    def _hold(self, crossings: Crossings) -> None:
         # Particles come sorted by the light they left, so that every k-th is a fair choice and the first are not.
-        chosen = self._segments.particle.take(crossings.segment) & (self._every - 1) == 0
-        crossings = crossings.taken(kept & chosen)
+        crossings = crossings.taken(self._segments.particle.take(crossings.segment) & (self._every - 1) == 0)
         self._held.append(crossings)
         self._count += len(crossings)

@@ -5,8 +5,8 @@ import pytest
 from detp.core.bake import baked
 from detp.core.direct.looks import Look
 from detp.core.direct.spots import Spots
-from detp.core.gather.cells import Cells, CellTable
-from detp.core.gather.records import NEAR, Landings, Records
+from detp.core.gather.cells import Cells
+from detp.core.gather.records import NEAR, Landings, RecordFinder, Records
 from detp.core.gather.reflected_light import MOST_FOLLOWED, ReflectedLight
 from detp.core.photons.emission import lights_of
 from detp.core.points import Points, facings
@@ -18,13 +18,16 @@ from rooms import box_quads, face_points, scene_of
 CELLS = Cells(np.full(3, -1.0), 0.01)
 
 
-def test_a_table_finds_what_was_put_in_and_nothing_else():
+def test_records_tell_of_their_own_cells_and_of_no_others():
     generator = np.random.default_rng(1)
     numbers = np.unique(generator.integers(0, 1 << 62, 5000).astype(np.uint64))
-    table = CellTable(numbers, np.arange(len(numbers)))
-    assert np.array_equal(table.find(numbers), np.arange(len(numbers)))
-    others = np.setdiff1d(generator.integers(0, 1 << 62, 5000).astype(np.uint64), numbers)
-    assert (table.find(others) == -1).all()
+    cut = generator.random(len(numbers)) < 0.2
+    finder = RecordFinder(np.zeros(3), 0.01, numbers, cut)
+    assert np.array_equal(finder.rows(numbers), np.where(cut, -1, np.arange(len(numbers))))
+    others = np.setdiff1d(generator.integers(0, 1 << 63, 5000).astype(np.uint64), numbers)
+    assert (finder.rows(others) == -1).all()
+    nothing = RecordFinder(np.zeros(3), 0.01, numbers[:0], cut[:0])
+    assert (nothing.rows(others) == -1).all()
 
 
 def test_cells_are_as_wide_as_a_fifth_of_the_ray_but_no_smaller_than_the_finest():

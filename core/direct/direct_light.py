@@ -22,7 +22,6 @@ from ..settings import BakeSettings
 from .cast_piece import CastPiece
 from .direction_guide import DirectionGuide, DirectionSums
 from .learnt_sums import LearntSums
-from .looks import Reflections
 from .nearby_lamps import NearbyLamps
 from .point_groups import PointGroups
 from .round_plan import planned
@@ -31,6 +30,7 @@ from .scene_lights import SceneLights
 from .shadows import Shadows
 from .spots import Spots
 from .stands import Stands
+from .surrounding_light import Look, Reflections
 
 if TYPE_CHECKING:
     from ..cluster.crew import Crew
@@ -353,9 +353,8 @@ class DirectLight:
         direct, reflected = (self._phase(sums).part(rows) for sums in self._sums[1:])
         spread = self._spread.part(rows)
         aims = self._lights.aims(part, rows, spots, self._relative_light(rows=rows))
-        self._lights.surroundings.cast(
-            spots, rounds, guide, generator, direct, reflected, spread, seen, aims, nearby, part.start
-        )
+        look = Look(spots, guide, generator, seen, aims, nearby, part.start)
+        self._lights.surroundings.cast(look, rounds, direct, reflected, spread)
         if seen:
             lit = self._relative_light(rows=rows)
             self._seen.add(part, seen, np.divide(1.0, lit, out=np.zeros_like(lit), where=lit > 0))

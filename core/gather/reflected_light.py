@@ -9,6 +9,7 @@ import numpy as np
 
 from ..direct.nearby_lamps import NearbyLamps
 from ..direct.shadows import Shadows
+from ..group_sums import group_sums
 from ..lights.light import SHADOW_DIMENSIONS, Light, Surroundings, is_lamp, met_among
 from ..rays import Hits, RayCaster
 from ..rows import Rows
@@ -110,7 +111,7 @@ class ReflectedLight:
             found.append(weight * self._known(reflections + 1).take(cell.take(known), axis=0))
             ways = onward.taken(left)
         owner, found = np.concatenate(owners), np.concatenate(found)
-        return np.stack([np.bincount(owner, column, len(group)) for column in found.T], axis=1)
+        return group_sums(found, owner, len(group))
 
     def _around(self, ways: Ways, group: np.ndarray, nearby: NearbyLamps | None, generator) -> tuple[np.ndarray, Ways]:
         """Direct irradiance (W, 3) at the ends of W ways, by a ray to each light and one by chance; and where that

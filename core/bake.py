@@ -225,8 +225,8 @@ class Baking:
 
     def _cast(self, rounds: int, refinement: Refinement) -> Stage[None]:
         """Cast so many ``rounds`` of rays more from the points."""
-        rays, known = self.rays, self._part("indirect").value
-        work = rays.rounds(rays.done, rays.done + rounds, known, refinement.missing)
+        rays = self.rays
+        work = rays.rounds(rays.done, rays.done + rounds, refinement.missing)
         yield from during("Casting rays", refinement.fraction, self._stopwatch.timed("shadow", work))
         self._by_rays = rays.irradiance
 

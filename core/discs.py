@@ -46,6 +46,11 @@ class TangentDiscs(Rows):
         return cls(centres, normals, np.full(len(centres), float(radius)))
 
     @property
+    def extents(self) -> np.ndarray:
+        """How far each disc reaches from its centre along the axes, (N, 3) in metres."""
+        return self.radii[:, None] * np.sqrt(np.maximum(1.0 - self.normals**2, 0.0))
+
+    @property
     def areas(self) -> np.ndarray:
         """Area (N,) of each disc in square metres."""
         return np.pi * self.radii**2

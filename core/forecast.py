@@ -11,18 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .costs import CROSSING, GATHERED, START, WHOLE_PHOTON, WHOLE_POINT, WHOLE_RAY
 from .machine import this_machine
 from .settings import BakeSettings, error_for, photons_for
-
-#: Reference seconds of one processor for each point (reading, placing and writing), shadow ray, photon and crossing.
-POINT, RAY, PHOTON, CROSSING = 1.0e-4, 1.0e-6, 4.0e-6, 2.5e-7
-
-#: The same for what gathers of it: rays for as much light as a crossing brings. Scenes need from a fifth of it (sun and
-#: shade) to four times as much (many lamps), small rooms with windows twenty times.
-GATHERED = 1.0e-6
-
-#: Wall seconds before and beside all that: the pilot, learning where to aim.
-START = 1.5
 
 #: Photons over those that the radius is chosen for: often it may not become as large as that would ask for. And those
 #: of a bake that gathers, whose error is that of its rays.
@@ -63,12 +54,12 @@ def forecast(points: int, settings: BakeSettings, factor: float = 1.0) -> Foreca
 
 
 def _seconds(points: int, settings: BakeSettings, error: float) -> float:
-    seconds = POINT * points
+    seconds = WHOLE_POINT * points
     if settings.direct_by == "shadow-rays":
-        seconds += RAY * RAYS * (0.1 / error) * points
+        seconds += WHOLE_RAY * RAYS * (0.1 / error) * points
     if settings.sends_photons:
         crossings = UNEVEN / (DEVIATION * error) ** 2
         gathers = settings.indirect_by == "gather" and settings.direct_by != "photons"
         photons = settings.photons or (GATHERED_PHOTONS if gathers else MORE_PHOTONS * photons_for(error))
-        seconds += PHOTON * photons + (GATHERED if gathers else CROSSING) * crossings * points
+        seconds += WHOLE_PHOTON * photons + (GATHERED if gathers else CROSSING) * crossings * points
     return START + this_machine().wall_seconds(seconds)

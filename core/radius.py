@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from .costs import FOR_A_PHOTON, PLACING
 from .discs import TangentDiscs
 from .errors import InvalidSettingError
 from .estimator.estimate import Accumulator
@@ -33,10 +34,6 @@ PILOT_SHARE = 0.05
 #: of the nested discs would blur.
 SMALLEST_SHARE = 1e-5
 LARGEST_SHARE = 0.1
-
-#: Guesses for a bake of a given time: seconds to place a disc, and how much longer than tracing a photon all takes that
-#: is done for it, shadow rays included. The radius changes with the sixth root of such guesses.
-PLACING, FOR_A_PHOTON = 5e-5, 4.0
 
 #: A radius that a user asks for may be as small and as large, in radii of the scene: beyond, arithmetic breaks down.
 LEAST_WANTED, MOST_WANTED = 1e-12, 1e12
@@ -95,6 +92,7 @@ def chosen_radius(
     photons, target = settings.expected_photons, settings.target_error
     if settings.seconds is not None and settings.photons is None and settings.error is None:
         left = settings.seconds - (time.perf_counter() - start) - PLACING * len(centres)
+        # The radius changes with the sixth root of such guesses.
         photons = max(int(PILOT_PHOTONS * left / (FOR_A_PHOTON * (traced - tracing))), PILOT_PHOTONS)
         target = error_for(photons)
     target *= NOISE_SHARE

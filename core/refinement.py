@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .costs import CROSSING, PHOTON, PLACING_OVER_STANDING, RAY, SEGMENT
 from .direct.direct_light import DirectLight
 from .estimator.visible_area import SPARSE
 from .irradiance import Irradiance, error_within, share_within
@@ -37,9 +38,8 @@ AIMED_AFTER = 12
 #: nominal one.
 FIRST_SHARE, SLOWEST = 0.25, 2.0
 
-#: Placing discs takes about so many times as long as finding where their points stand. When that is more than this
-#: share of the time that is left, their outlines are looked at sparsely.
-PLACING, MOST_PLACING = 5.0, 0.25
+#: When placing discs takes more than this share of the time that is left, their outlines are looked at sparsely.
+MOST_PLACING = 0.25
 
 #: The smallest and largest later steps.
 LEAST_PHOTONS = 1 << 12
@@ -91,14 +91,6 @@ LARGEST_ERROR = 0.5
 #: new photons at records only the rays see something that come after them.
 LEAST_WORTH, LATE = 0.05, 0.6
 
-#: Nominal seconds of a ray, of tracing a segment, and of a crossing. Where an error is aimed at, these and not the
-#: clock decide what comes next, so that a seed gives the same light on every machine.
-RAY, SEGMENT, CROSSING = 7e-7, 1.2e-6, 2.5e-7
-
-#: Crossings of a photon as long as none have been counted: many, so that a first step of little time keeps to it.
-CROSSINGS = 50
-_PHOTON = SEGMENT + CROSSINGS * CROSSING
-
 
 @dataclass(frozen=True)
 class Step:
@@ -125,7 +117,7 @@ def look_in_every(settings: BakeSettings, standing: float, start: float) -> int:
 
     To find where the points stand took ``standing`` seconds; the bake began at ``start`` (of time.perf_counter).
     """
-    return 1 if PLACING * standing <= MOST_PLACING * _seconds_left(settings, start) else SPARSE
+    return 1 if PLACING_OVER_STANDING * standing <= MOST_PLACING * _seconds_left(settings, start) else SPARSE
 
 
 def far_off(light: Irradiance, error: float, rays: DirectLight | None, share: float = BEYOND) -> np.ndarray:
@@ -349,7 +341,7 @@ class Refinement:
 
     def _first_photons(self) -> int:
         """Fewer when time is short, but never none: without reflected light a scene looks wrong."""
-        affordable = FIRST_SHARE * self._left / (SLOWEST * _PHOTON)
+        affordable = FIRST_SHARE * self._left / (SLOWEST * PHOTON)
         first = np.clip(PHOTONS_PER_CELL * self._cells, FIRST_PHOTONS, MOST_FIRST_PHOTONS)
         return int(np.clip(affordable, LEAST_PHOTONS, first))
 

@@ -17,7 +17,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from detp.core.study.report import markdown_table
+from detp.detp_addon.tables import markdown_table
 
 PROGRAM = "from detp.detp_addon.command.console import console; console()"
 

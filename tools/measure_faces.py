@@ -33,9 +33,9 @@ from pathlib import Path
 import bpy
 import numpy as np
 from detp.core.estimator.enclosure import unlit
-from detp.core.study.report import markdown_table
 from detp.detp_addon.command.blender_output import blender_silenced
 from detp.detp_addon.files.open_files import open_blend
+from detp.detp_addon.tables import markdown_table
 from face_places import Places, cycles_places, given_places
 from shown_faces import shown_faces
 

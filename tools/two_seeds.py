@@ -18,11 +18,11 @@ import numpy as np
 from detp.core.irradiance import Irradiance, error_within
 from detp.core.settings import QUALITIES, BakeSettings
 from detp.core.stages import finished
-from detp.core.study.report import markdown_table
 from detp.detp_addon.command.blender_output import blender_silenced
 from detp.detp_addon.files.open_files import open_blend
 from detp.detp_addon.found_light import found_light
 from detp.detp_addon.request import BakeRequest
+from detp.detp_addon.tables import markdown_table
 from detp.detp_addon.values import values_of
 
 COLUMNS = ("scene", "points", "rays a point", "claimed", "true", "95 %: claimed", "true", "within")

@@ -90,11 +90,9 @@ class Crew:
         """Let all know the light at the records, as :meth:`.ReflectedLight.know` takes it."""
         self._give("light", direct, indirect)
 
-    def cast(
-        self, light: DirectLight, groups: list[slice], begin: int, plan: tuple[np.ndarray, np.ndarray]
-    ) -> Iterator[None]:
-        """Cast the rays of the ``plan`` of all points of ``light``, from the round ``begin`` on, by ``groups``."""
-        pieces = ((light.piece(part, begin, plan),) for part in groups)
+    def cast(self, light: DirectLight, groups: list[slice], begin: int, rounds: np.ndarray) -> Iterator[None]:
+        """Cast ``rounds`` (N,) of rays from the points of ``light``, from the round ``begin`` on, by ``groups``."""
+        pieces = ((light.piece(part, begin, rounds),) for part in groups)
         for part, brought in zip(groups, self._map("cast", pieces, "records", "light"), strict=True):
             light.take(part, brought)
             yield

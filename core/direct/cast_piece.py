@@ -16,7 +16,7 @@ class CastPiece:
 
     stands, normals  as of :class:`.DirectLight`
     first            the number of the first of them among all points
-    begin, rounds    the first round to cast, and how many (K,) of each kind of rays
+    begin, rounds    the first round to cast, and how many (K,)
     gathers, shines  whether rays bring what surfaces reflect, and whether they look for the lights
     changed, fixed   what is known of the points so far: what casting changes, and what it only looks at
     """
@@ -26,7 +26,7 @@ class CastPiece:
     groups: PointGroups
     first: int
     begin: int
-    rounds: tuple[np.ndarray, np.ndarray]
+    rounds: np.ndarray
     gathers: bool
     shines: bool
     changed: tuple

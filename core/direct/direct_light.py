@@ -1,7 +1,7 @@
 """Direct light by shadow rays: from each point to the lights, and where light surrounds it, to where it was found.
 
 Rays come in rounds. After the first ones, groups of neighbouring points know from which directions light reaches them,
-and aim there; and points among others whose light is sure already are given fewer rounds.
+and aim there.
 """
 
 from __future__ import annotations
@@ -22,15 +22,14 @@ from ..settings import BakeSettings
 from .cast_piece import CastPiece
 from .direction_guide import DirectionGuide, DirectionSums
 from .learnt_sums import LearntSums
-from .looks import Reflections
 from .nearby_lamps import NearbyLamps
 from .point_groups import PointGroups
-from .round_plan import planned
-from .round_sums import RoundSums
+from .round_sums import RoundSums, in_whole_samples
 from .scene_lights import SceneLights
 from .shadows import Shadows
 from .spots import Spots
 from .stands import Stands
+from .surrounding_light import Look, Reflections
 
 if TYPE_CHECKING:
     from ..cluster.crew import Crew
@@ -67,7 +66,7 @@ class DirectLight:
     ``lights`` are all that count: none where the direct light is not looked for, or by photons. With a ``crew`` its
     workers cast the rays. ``groups``, when given, are those of points that are in their order.
 
-    Attributes ``done``: how many rounds there were, of all points on average; ``rays``: how many rays they cast.
+    Attributes ``done``: how many rounds there were; ``rays``: how many rays they cast.
     """
 
     def __init__(
@@ -129,7 +128,7 @@ class DirectLight:
     @property
     def rays_per_round(self) -> int:
         """Rays that one round casts, of all points."""
-        return len(self._points) * sum(self._lights.costs)
+        return len(self._points) * self._lights.rays_per_round
 
     @property
     def irradiance(self) -> Irradiance:
@@ -190,15 +189,11 @@ class DirectLight:
         given = (np.ascontiguousarray(part.T).take(self._place, axis=0) for part in (value, np.sqrt(squared)))
         return Irradiance(*given)
 
-    def rounds(
-        self, first: int, last: int, other: np.ndarray | None = None, where: np.ndarray | None = None
-    ) -> Iterator[float]:
+    def rounds(self, first: int, last: int, where: np.ndarray | None = None) -> Iterator[float]:
         """Cast the rays of the rounds from ``first`` to before ``last``, yielding the share of them done (0..1).
 
-        Points with ``other`` (N, 3) W/m^2 light, which is found in another way, need less of these rays. Only points
-        of ``where`` (N,) cast any, whole groups; None for all.
+        Only points of ``where`` (N,) cast any, whole groups; None for all.
         """
-        other = None if other is None else other[self._groups.order]
         where = None if where is None else where[self._groups.order]
         begin = first
         while begin < last:
@@ -206,32 +201,31 @@ class DirectLight:
             end = min(last, max(LEARN_AFTER, 1 << begin.bit_length()))
             points = max(POINTS_PER_CHUNK * ROUNDS_PER_CHUNK // max(end - begin, ROUNDS_PER_CHUNK), LEAST_PER_CHUNK)
             groups = list(blocks(np.diff(self._groups.start), points))
-            plan = self._plan(begin, end, other)
+            rounds = in_whole_samples(end - begin, len(self._points))
             if where is not None:
-                plan = tuple(np.where(where, rounds, 0) for rounds in plan)
-            for part, _ in zip(groups, self._casts(groups, begin, plan), strict=True):
+                rounds = np.where(where, rounds, 0)
+            for part, _ in zip(groups, self._casts(groups, begin, rounds), strict=True):
                 share = self._groups.start[part.stop] / len(self._points)
                 yield min((begin - first + share * (end - begin)) / (last - first), 1.0)
             if LEARN_AFTER <= end <= LEARN_LAST and end & (end - 1) == 0:
                 self._learn()
-            self.rays += sum(cost * int(rounds.sum()) for cost, rounds in zip(self._lights.costs, plan, strict=True))
+            self.rays += self._lights.rays_per_round * int(rounds.sum())
             begin = self.done = end
 
-    def _casts(self, groups: list[slice], begin: int, plan: tuple[np.ndarray, np.ndarray]) -> Iterator[None]:
-        """Cast the rays of these ``groups``, side by side."""
+    def _casts(self, groups: list[slice], begin: int, rounds: np.ndarray) -> Iterator[None]:
+        """Cast so many ``rounds`` (N,) of rays from the points of these ``groups``, side by side."""
         if self._crew is not None:
-            return self._crew.cast(self, groups, begin, plan)
+            return self._crew.cast(self, groups, begin, rounds)
         nearby = None if self._followed is None else self.nearby_lamps
-        return ordered_map(lambda part: self._cast(part, begin, plan, nearby), groups)
+        return ordered_map(lambda part: self._cast(part, begin, rounds, nearby), groups)
 
-    def piece(self, part: slice, begin: int, plan: tuple[np.ndarray, np.ndarray]) -> CastPiece:
-        """All that it takes to cast the planned rays of the groups in ``part`` elsewhere."""
+    def piece(self, part: slice, begin: int, rounds: np.ndarray) -> CastPiece:
+        """All that it takes to cast ``rounds`` (N,) of rays from the groups in ``part`` elsewhere."""
         rows, start = self._rows(part), self._groups.start[part.start : part.stop + 1]
         group = PointGroups(np.arange(rows.stop - rows.start), self._groups.group[rows] - part.start, start - start[0])
         gathers, shines = self._followed is not None, self._lights.any
-        rounds = tuple(each[rows] for each in plan)
         place = self._stands.taken(rows), self._normals[rows], group
-        return CastPiece(*place, self._first + rows.start, begin, rounds, gathers, shines, *self._state(part))
+        return CastPiece(*place, self._first + rows.start, begin, rounds[rows], gathers, shines, *self._state(part))
 
     @classmethod
     def cast_piece(
@@ -313,26 +307,14 @@ class DirectLight:
         """The lamps from places near the points, by what their :class:`.PointGroups` have learnt so far."""
         return (self._followed or self._lights).nearby_lamps(self._exact, self._by_lamps.plain_mean())
 
-    def _plan(self, begin: int, end: int, other: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
-        """Rounds (N,) that each point shall have next, of lamps and of surroundings."""
-        light = self._relative_light(other)
-        lamps, around, reflected = (sums.planning(light) for sums in self._sums)
-        if self._lights.surroundings.gathers:
-            # One look around brings both.
-            around = reflected[0], np.where(np.isnan(around[1]), 0.0, around[1]) + reflected[1]
-        had, variance = zip(lamps, around, strict=True)
-        return planned(end - begin, had, variance, self._lights.costs)
-
-    def _relative_light(self, other: np.ndarray | None = None, rows: slice = slice(None)) -> np.ndarray:
+    def _relative_light(self, rows: slice = slice(None)) -> np.ndarray:
         """All light (K,) at those ``rows``, RGB sum, by plain means, to which errors are relative."""
         value = self._exact[:, rows] + sum(sums.plain_mean(rows) for sums in self._sums)
-        if other is not None:
-            value += other[rows].T
         red, green, blue = np.abs(value, out=value)
         return red + green + blue
 
-    def _cast(self, part: slice, begin: int, plan: tuple[np.ndarray, np.ndarray], nearby) -> None:
-        """Cast the planned rays of the groups in ``part``, and add up what they find."""
+    def _cast(self, part: slice, begin: int, rounds: np.ndarray, nearby: NearbyLamps | None) -> None:
+        """Cast so many ``rounds`` (N,) of rays from the groups in ``part``, and add up what they find."""
         rows = self._rows(part)
         points, normals, group = self._points[rows], self._normals[rows], self._groups.group[rows] - part.start
         if begin == 0 and self._lights.sharp is not None:
@@ -340,11 +322,11 @@ class DirectLight:
         if self._lights.soft is not None:
             generator = self._generator(begin, self._first + rows.start, 0)
             sums = self._phase(self._by_lamps).part(rows)
-            lit = self._relative_light(rows=rows)
-            self._lights.soft.cast(part, rows, points, normals, group, plan[0][rows], generator, sums, lit)
+            lit = self._relative_light(rows)
+            self._lights.soft.cast(part, rows, points, normals, group, rounds[rows], generator, sums, lit)
         if self._lights.surroundings.rays_per_round:
             spots = Spots.of(points, normals, group, self._stands.taken(rows).facing)
-            self._look_around(part, rows, spots, begin, plan[1][rows], nearby)
+            self._look_around(part, rows, spots, begin, rounds[rows], nearby)
 
     def _look_around(self, part: slice, rows: slice, spots: Spots, begin: int, rounds: np.ndarray, nearby) -> None:
         guide = None if self._guide is None else self._guide.part(part)
@@ -352,12 +334,11 @@ class DirectLight:
         generator = self._generator(begin, self._first + rows.start, 1)
         direct, reflected = (self._phase(sums).part(rows) for sums in self._sums[1:])
         spread = self._spread.part(rows)
-        aims = self._lights.aims(part, rows, spots, self._relative_light(rows=rows))
-        self._lights.surroundings.cast(
-            spots, rounds, guide, generator, direct, reflected, spread, seen, aims, nearby, part.start
-        )
+        aims = self._lights.aims(part, rows, spots, self._relative_light(rows))
+        look = Look(spots, guide, generator, seen, aims, nearby, part.start)
+        self._lights.surroundings.cast(look, rounds, direct, reflected, spread)
         if seen:
-            lit = self._relative_light(rows=rows)
+            lit = self._relative_light(rows)
             self._seen.add(part, seen, np.divide(1.0, lit, out=np.zeros_like(lit), where=lit > 0))
 
     def _phase(self, sums: LearntSums) -> RoundSums:

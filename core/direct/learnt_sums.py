@@ -49,12 +49,6 @@ class LearntSums:
                 squared += np.where(share == 0.0, 0.0, error)
         return squared
 
-    def planning(self, light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """How many later rounds (N,) those of each point are worth, and the relative variance (N,) of a later one."""
-        before, after = self._variances(light)
-        had = self.after.count + self.before.count * _trust(before, after)
-        return had, np.where(np.isnan(after), before, after)
-
     def _variances(self, light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         before, after = (s.relative_variance(light) for s in (self.before, self.after))
         return self.groups.of_others(before), self.groups.of_others(after)

@@ -156,10 +156,20 @@ class SampleBatch:
         return np.repeat(self.rows, self.count)
 
 
-def sample_sizes(rounds: np.ndarray) -> np.ndarray:
+def sample_sizes(rounds: np.ndarray | int) -> np.ndarray:
     """Rounds (K,) in each sample of points that get so many ``rounds`` (K,): the largest power of two that still makes
     SAMPLES_AT_LEAST of them."""
     return 1 << np.maximum(np.frexp(np.maximum(rounds, 1) / SAMPLES_AT_LEAST)[1] - 1, 0).astype(np.int64)
+
+
+def in_whole_samples(rounds: int, points: int) -> np.ndarray:
+    """About so many ``rounds`` for each of so many points, (N,), that make up whole samples.
+
+    Points round up and down in turn, to be right on average.
+    """
+    turn = (np.arange(points) * 0.6180339887498949) % 1.0
+    size = sample_sizes(rounds)
+    return size * np.maximum((rounds / size + turn).astype(np.int64), 1)
 
 
 def batches(rounds: np.ndarray) -> Iterator[SampleBatch]:

@@ -67,9 +67,9 @@ class SceneLights:
         return bool(self._around) or self.sharp is not None or self.soft is not None
 
     @property
-    def costs(self) -> tuple[int, int]:
-        """Rays in a round to lamps, and to surroundings."""
-        return 0 if self.soft is None else self.soft.rays_per_round, self.surroundings.rays_per_round
+    def rays_per_round(self) -> int:
+        """Rays from each point in a round."""
+        return self.surroundings.rays_per_round + (0 if self.soft is None else self.soft.rays_per_round)
 
     def aims(self, part: slice, rows: slice, spots: Spots, lit: np.ndarray) -> dict[int, TriangleChoice]:
         """How the ``spots``, which are the ``rows`` of all points and the groups in ``part``, aim at shining triangles,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..gatherers.gatherer import Crossings
+from ..group_sums import group_sums
 from ..segments import Segments
 
 #: Crossings of a batch that are looked at: at least so many, and so many for each disc.
@@ -29,11 +30,9 @@ class RepeatedCrossings:
         self._held: list[Crossings] = []
         self._count = 0
 
-    def add(self, crossings: Crossings, kept: np.ndarray) -> None:
-        """Look at those of these crossings too that are ``kept`` (C,)."""
-        if self._segments.particle is None:
-            return
-        self._hold(crossings, kept)
+    def add(self, crossings: Crossings) -> None:
+        """Look at these crossings too."""
+        self._hold(crossings)
         while self._count > self._most:
             self._every *= 2
             held, self._held, self._count = self._held, [], 0
@@ -42,30 +41,25 @@ class RepeatedCrossings:
 
     def products(self) -> np.ndarray:
         """Sum over particles of f_i f_j over their pairs of different crossings of each disc, (N, 3) in W^2."""
-        found = np.zeros((self._discs, 3))
+        nothing = np.zeros((self._discs, 3))
         if not self._held:
-            return found
+            return nothing
         segment, disc = (np.concatenate([getattr(part, name) for part in self._held]) for name in ("segment", "disc"))
         key = (disc << 32) | self._segments.particle.take(segment)
         order = np.argsort(key)
         equal = np.diff(key.take(order)) == 0
         rows = np.flatnonzero(np.append(equal, False) | np.insert(equal, 0, False))
         if len(rows) == 0:
-            return found
+            return nothing
         order = order.take(rows)
         start = np.flatnonzero(np.diff(key.take(order), prepend=-1))
         flux = self._segments.flux.take(segment.take(order), axis=0)
         together = np.add.reduceat(flux, start, axis=0)
         products = together**2 - np.add.reduceat(flux**2, start, axis=0)
-        disc = disc.take(order.take(start))
-        for channel in range(3):
-            found[:, channel] = np.bincount(disc, products[:, channel], self._discs)
-        return found * self._every
+        return group_sums(products, disc.take(order.take(start)), self._discs) * self._every
 
-    def _hold(self, crossings: Crossings, kept: np.ndarray | None = None) -> None:
-        kept = np.ones(len(crossings), bool) if kept is None else kept
+    def _hold(self, crossings: Crossings) -> None:
         # Particles come sorted by the light they left, so that every k-th is a fair choice and the first are not.
-        chosen = self._segments.particle.take(crossings.segment) & (self._every - 1) == 0
-        crossings = crossings.taken(kept & chosen)
+        crossings = crossings.taken(self._segments.particle.take(crossings.segment) & (self._every - 1) == 0)
         self._held.append(crossings)
         self._count += len(crossings)

@@ -16,13 +16,12 @@ from ..points import facings
 #: Sides of cells over the length of the ray that looks into them, at most.
 SHARE = 0.2
 
-#: Bits of a cell's number for the direction that its surface faces, and for how far from the cell's middle its plane
-#: lies: sheets one behind the other differ in that, when they are more than a 16th of a side apart.
-_FACING, _SHEET = 5, 5
+#: Bits of a cell's number for how far from the cell's middle its surface's plane lies: sheets one behind the other
+#: differ in that, when they are more than a 16th of a side apart.
+_SHEET = 5
 
 #: Levels of cells, in the last bits of their numbers.
 LEVELS, _LEVEL = 32, 5
-_EMPTY = np.uint64(0xFFFFFFFFFFFFFFFF)
 
 #: Cells are counted so far; all beyond, where coordinates are coarser than cells by much, are in the last ones.
 _FARTHEST = 2.0**62
@@ -66,44 +65,3 @@ class Cells:
     def levels_of(numbers: np.ndarray) -> np.ndarray:
         """Levels (K,) of cells by their ``numbers`` (K,)."""
         return (numbers & np.uint64((1 << _LEVEL) - 1)).astype(np.int64)
-
-
-class CellTable:
-    """Finds the row of a cell by its number: a hash table with open addresses.
-
-    ``numbers`` (C,) uint64 must differ; row c belongs to number c.
-    """
-
-    def __init__(self, numbers: np.ndarray, rows: np.ndarray):
-        bits = max(int(2 * len(numbers)).bit_length(), 4)
-        self._shift, self._mask = np.uint64(64 - bits), (1 << bits) - 1
-        self._numbers, self._rows = np.full(1 << bits, _EMPTY), np.full(1 << bits, -1, np.int64)
-        slot, left = self._first(numbers), np.arange(len(numbers))
-        while len(left):
-            free = np.flatnonzero(self._numbers[slot] == _EMPTY)
-            # Of those that want the same slot the last one gets it.
-            self._numbers[slot[free]] = numbers[left[free]]
-            self._rows[slot[free]] = rows[left[free]]
-            going = self._numbers[slot] != numbers[left]
-            left, slot = left[going], (slot[going] + 1) & self._mask
-
-    def find(self, numbers: np.ndarray) -> np.ndarray:
-        """Rows (K,) of the cells of these ``numbers`` (K,), -1 where there is none."""
-        slot = self._first(numbers)
-        there = self._numbers.take(slot)
-        rows = np.where(there == numbers, self._rows.take(slot), -1)
-        left = np.flatnonzero((there != numbers) & (there != _EMPTY))
-        numbers, slot = numbers.take(left), slot.take(left)
-        while len(left):
-            slot = (slot + 1) & self._mask
-            there = self._numbers.take(slot)
-            hit = there == numbers
-            rows[left[hit]] = self._rows.take(slot[hit])
-            going = np.flatnonzero(~hit & (there != _EMPTY))
-            left, numbers, slot = left.take(going), numbers.take(going), slot.take(going)
-        return rows
-
-    def _first(self, numbers: np.ndarray) -> np.ndarray:
-        """Where (K,) to look first (Fibonacci hashing, Knuth 6.4)."""
-        mixed = numbers ^ (numbers >> np.uint64(29))
-        return ((mixed * ODD) >> self._shift).astype(np.int64)

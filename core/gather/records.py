@@ -25,7 +25,7 @@ from ..rows import Rows
 from ..sampling import cosine_hemisphere
 from ..scene import Scene
 from ..sides import BySide
-from .cells import Cells, CellTable
+from .cells import Cells
 
 #: Rays that find out where gather rays land: so many a point, but in all no fewer and no more than these.
 SCOUTS, LEAST_SCOUTS, MOST_SCOUTS = 8, 1 << 17, 1 << 20
@@ -131,7 +131,7 @@ class RecordFinder:
     """Finds the cell whose records tell of the light somewhere.
 
     corner   (3,) metres, from where cells are counted, and ``finest`` metres, the sides of the smallest
-    numbers  (C,) uint64 of the cells
+    numbers  (C,) uint64 of the cells, ascending
     cut      (C,) whether a wall may run through each, so that its records tell nothing
     """
 
@@ -152,17 +152,16 @@ class RecordFinder:
     def _cells(self) -> Cells:
         return Cells(self.corner, self.finest)
 
-    @cached_property
-    def _table(self) -> CellTable:
-        return CellTable(self.numbers, np.where(self.cut, -1, np.arange(len(self.numbers))))
-
     def sides_of(self, lengths: np.ndarray) -> np.ndarray:
         """Sides (K,) metres of the cells into which rays of these ``lengths`` (K,) metres look."""
         return self._cells.sides(self._cells.levels(lengths))
 
     def rows(self, cells: np.ndarray) -> np.ndarray:
         """The rows (K,) of the ``cells`` of these numbers (K,), -1 where no record tells of the light there."""
-        return self._table.find(cells)
+        if len(self) == 0:
+            return np.full(len(cells), -1)
+        row = np.minimum(np.searchsorted(self.numbers, cells), len(self) - 1)
+        return np.where((self.numbers.take(row) == cells) & ~self.cut.take(row), row, -1)
 
     def find(self, landings: Landings, lengths: np.ndarray) -> np.ndarray:
         """The cell (K,) whose records tell of the light at ``landings`` (K), -1 where none does.
@@ -172,7 +171,7 @@ class RecordFinder:
         cell = np.full(len(lengths), -1)
         far = np.flatnonzero(lengths >= self.near)
         places, normals = (part.take(far, axis=0) for part in (landings.places, landings.normals))
-        cell[far] = self._table.find(self._cells.numbers(places, normals, self._cells.levels(lengths.take(far))))
+        cell[far] = self.rows(self._cells.numbers(places, normals, self._cells.levels(lengths.take(far))))
         return cell
 
 

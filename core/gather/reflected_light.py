@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..direct.looks import Look
 from ..direct.nearby_lamps import NearbyLamps
 from ..direct.shadows import Shadows
-from ..lights.light import SHADOW_DIMENSIONS, Light, Surroundings, is_lamp
-from ..rays import RayCaster
+from ..group_sums import group_sums
+from ..lights.light import SHADOW_DIMENSIONS, Light, Surroundings, is_lamp, met_among
+from ..rays import Hits, RayCaster
 from ..rows import Rows
 from ..sampling import cosine_hemisphere
 from ..scene import Scene
@@ -54,19 +54,16 @@ class ReflectedLight:
         """The records' ``direct`` and ``indirect`` irradiance (2 C, 3) W/m^2 are these from now on."""
         self._direct, self._all = _by_halves(direct), _by_halves(direct + indirect)
 
-    def sent(self, look: Look, rows: np.ndarray, directions, triangle, places) -> np.ndarray:
-        """Radiosity (K, 6) W/m^2 of each ``triangle`` (K,), -1 for none, met at ``places`` (K, 3), in two halves.
-
-        The ``rows`` (K,) of the look's rays met them, which go along unit ``directions`` (R, 3), all of them.
-        """
-        found = np.zeros((len(triangle), 6))
+    def sent(self, points, directions, rows, hits: Hits, group, nearby: NearbyLamps | None, generator) -> np.ndarray:
+        """Radiosity (K, 6) W/m^2 of what ``rows`` (K,) of rays met at the K ``hits``, see :class:`.Reflections`."""
+        found = np.zeros((len(rows), 6))
         for side in self._sides:
-            met, share, landings = self._landings(side, look.rays.points, directions, rows, triangle, places)
+            met, share, landings = self._landings(side, points, directions, rows, hits)
             cell = self._records.find(landings, landings.lengths)
             sent = self._known(1).take(cell, axis=0) * np.tile(share, 2)
             left = np.flatnonzero(cell < 0)
             ways = Ways(left, share.take(left, axis=0), landings.lengths.take(left), landings.taken(left))
-            sent += self._followed(ways, look, look.rays.group.take(rows.take(met)) + look.first)
+            sent += self._followed(ways, group.take(rows.take(met)), nearby, generator)
             found[met] += sent
         return found
 
@@ -75,7 +72,7 @@ class ReflectedLight:
         found = []
         for rows, hits, share in self._shadows.between.surfaces.met(points, directions):
             for side in self._sides:
-                met, part, landings = self._landings(side, points, directions, rows, hits.triangle, hits.points)
+                met, part, landings = self._landings(side, points, directions, rows, hits)
                 found.append(Ways(rows.take(met), share.take(met, axis=0) * part, landings.lengths, landings))
         return Ways.joined(found)
 
@@ -83,26 +80,26 @@ class ReflectedLight:
         """The light (C + 1, 6) at records that counts where the next reflection is the one of that number."""
         return self._direct if reflections == self._bounces else self._all
 
-    def _landings(self, side: _Side, points, directions, rows, triangle, places):
+    def _landings(self, side: _Side, points, directions, rows, hits: Hits):
         """Which of the ``rows`` (K,) of rays land where light from that side is sent on, what share (L, 3) of it, and
         how the rays land.
 
-        They leave ``points`` (R, 3) along ``directions`` (R, 3), and meet ``triangle`` (K,) at ``places`` (K, 3).
+        They leave ``points`` (R, 3) along ``directions`` (R, 3).
         """
-        met = np.flatnonzero(side.sends.take(triangle, mode="wrap"))
-        at, triangle, places = rows.take(met), triangle.take(met), places.take(met, axis=0)
+        met = np.flatnonzero(side.sends.take(hits.triangle, mode="wrap"))
+        at, triangle, places = rows.take(met), hits.triangle.take(met), hits.points.take(met, axis=0)
         ahead = points.take(at, axis=0), directions.take(at, axis=0)
         return met, side.share.met(triangle, ahead[1]), Landings.of(self._caster, *ahead, triangle, places, side.sign)
 
-    def _followed(self, ways: Ways, look: Look, group: np.ndarray) -> np.ndarray:
+    def _followed(self, ways: Ways, group: np.ndarray, nearby: NearbyLamps | None, generator) -> np.ndarray:
         """What comes back (K, 6) of K rays, from ``group`` (K,), that are followed along ``ways``."""
         owners, found = [np.empty(0, np.int64)], [np.empty((0, 6))]
         last = min(self._bounces, MOST_FOLLOWED)
         for reflections in range(1, last + 1):
-            ways = ways.thinned(look.generator)
+            ways = ways.thinned(generator)
             if len(ways.owner) == 0:
                 break
-            light, onward = self._around(ways, look, group.take(ways.owner))
+            light, onward = self._around(ways, group.take(ways.owner), nearby, generator)
             owners.append(ways.owner)
             found.append(np.tile(ways.weight * light, 2))
             if reflections == last:
@@ -114,32 +111,30 @@ class ReflectedLight:
             found.append(weight * self._known(reflections + 1).take(cell.take(known), axis=0))
             ways = onward.taken(left)
         owner, found = np.concatenate(owners), np.concatenate(found)
-        return np.stack([np.bincount(owner, column, len(group)) for column in found.T], axis=1)
+        return group_sums(found, owner, len(group))
 
-    def _around(self, ways: Ways, look: Look, group: np.ndarray) -> tuple[np.ndarray, Ways]:
+    def _around(self, ways: Ways, group: np.ndarray, nearby: NearbyLamps | None, generator) -> tuple[np.ndarray, Ways]:
         """Direct irradiance (W, 3) at the ends of W ways, by a ray to each light and one by chance; and where that
         goes on to."""
         points, normals = ways.landings.stands, ways.landings.normals
-        light, generator = np.zeros((len(points), 3)), look.generator
+        light = np.zeros((len(points), 3))
         for source in self._surroundings:
             if source.aimed:
                 self._aim(source, points, normals, generator.random((len(points), SHADOW_DIMENSIONS)), light)
-        if look.nearby is not None and look.nearby.kinds:
-            self._ask_lamps(look.nearby, points, normals, group, generator.random((len(points), 3)), light)
+        if nearby is not None and nearby.kinds:
+            self._ask_lamps(nearby, points, normals, group, generator.random((len(points), 3)), light)
         directions = cosine_hemisphere(normals, generator.random((len(points), 2)))
         cosine = np.einsum("ij,ij->i", normals, directions)
         onward = []
         for surfaces, sources in self._shadows.ways(self._surroundings):
             for rows, hits, share in surfaces.met(points, directions):
-                for source in sources:
-                    mine = np.flatnonzero(source.among(hits.triangle))
-                    at, there = rows.take(mine), (hits.triangle.take(mine), hits.points.take(mine, axis=0))
-                    radiance, density = source.met(points.take(at, axis=0), directions.take(at, axis=0), *there)
+                for _, mine, radiance, density in met_among(sources, points, directions, rows, hits):
+                    at = rows.take(mine)
                     light[at] += radiance * share.take(mine, axis=0) * _balanced(density, cosine.take(at))
                 if surfaces is not self._shadows.between.surfaces:
                     continue
                 for side in self._sides:
-                    met, part, landings = self._landings(side, points, directions, rows, hits.triangle, hits.points)
+                    met, part, landings = self._landings(side, points, directions, rows, hits)
                     onward.append(ways.onward(rows.take(met), share.take(met, axis=0) * part, landings))
         return light, Ways.joined(onward)
 

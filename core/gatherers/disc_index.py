@@ -9,7 +9,6 @@ import numpy as np
 from ..discs import TangentDiscs
 from .balanced_tree import BRANCHES, BalancedTree, Halves
 from .counts import Counts
-from .disc_bounds import extents, sides
 from .local_frame import MARGIN, Pieces
 from .octants import OCTANTS, facing_octants, is_slanted, octants_of
 from .patch_search import PatchSearch
@@ -34,7 +33,7 @@ class DiscIndex(PatchSearch):
     name = "disc-index"
 
     def __init__(self, discs: TangentDiscs, halves: Halves | None = None):
-        tree = BalancedTree.over(discs.centres, sides(discs), LEAF, halves)
+        tree = BalancedTree.over(discs.centres, _sides(discs), LEAF, halves)
         ordered = discs.taken(tree.order)
         super().__init__(ordered, tree.order, SEGMENTS)
         if len(discs) == 0:
@@ -44,7 +43,7 @@ class DiscIndex(PatchSearch):
         self._child, self._roots = tree.child, np.arange(tree.levels[1])
         self._leaf = np.full(len(tree.child), -1)
         self._leaf[leaves] = np.arange(len(leaves))
-        extent = extents(discs)
+        extent = discs.extents
         low = tree.bounds(self._frame.local(discs.centres - extent) - MARGIN, np.minimum).astype(np.float32)
         high = tree.bounds(self._frame.local(discs.centres + extent) + MARGIN, np.maximum).astype(np.float32)
         octants = tree.bounds(facing_octants(discs.normals)[:, None], np.bitwise_or)[:, 0]
@@ -96,6 +95,12 @@ class DiscIndex(PatchSearch):
         np.minimum(last, np.float32(1.0), out=last)
         kept = np.flatnonzero(first <= last)
         return Stretches(piece.take(kept), node.take(kept), first.take(kept), last.take(kept))
+
+
+def _sides(discs: TangentDiscs) -> np.ndarray:
+    """Which of the six axis directions each normal is closest to, (N,) int64 in 0..5."""
+    axis = np.abs(discs.normals).argmax(axis=1)
+    return 2 * axis + (np.take_along_axis(discs.normals, axis[:, None], axis=1)[:, 0] < 0)
 
 
 def _mirrored_boxes(low: np.ndarray, high: np.ndarray, octants: np.ndarray) -> np.ndarray:

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..discs import TangentDiscs
+
 EXTENT = 1000.0  # most units along an axis
 # Rounding moves a float32 position or plane distance below EXTENT by less than 1.3e-3 units, whatever the
 # direction (a dozen operations of 2^-24 * sqrt(3) * EXTENT at worst); the searches allow three times as much.
@@ -40,6 +42,14 @@ class LocalFrame:
     origin: np.ndarray
     unit: float
     size: np.ndarray
+
+    @classmethod
+    def around(cls, discs: TangentDiscs) -> LocalFrame:
+        """The one that holds all ``discs``, N >= 1, in the finest unit."""
+        extent = discs.extents
+        lower, upper = (discs.centres - extent).min(axis=0), (discs.centres + extent).max(axis=0)
+        unit = float((upper - lower).max()) / (EXTENT - 2.0)
+        return cls(lower - unit, unit, (upper - lower) / unit + 2.0)
 
     def local(self, points: np.ndarray) -> np.ndarray:
         """``points`` (N, 3) in metres in this frame's units, float64."""

@@ -11,9 +11,8 @@ from ..crossing import crosses
 from ..discs import TangentDiscs
 from ..segments import Segments
 from .counts import Counts
-from .disc_bounds import frame_around
 from .gatherer import Crossings
-from .local_frame import Pieces
+from .local_frame import LocalFrame, Pieces
 from .patches import DiscPatches, Stretches
 from .streams import in_lanes, portions
 
@@ -31,7 +30,7 @@ class PatchSearch(ABC):
     def __init__(self, discs: TangentDiscs, order: np.ndarray, chunk: int):
         self._order, self._chunk = order, chunk
         if len(discs):
-            self._frame = frame_around(discs)
+            self._frame = LocalFrame.around(discs)
             # One row of eight for each disc, which is fetched at once; the last is padding.
             padding = np.zeros(len(discs))
             self._rows = np.column_stack([discs.centres, discs.normals, discs.radii, padding])

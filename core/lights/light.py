@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
 from ..bounds import Bounds
+from ..rays import Hits
 
 #: How many uniform random numbers a particle's emission may use, and a shadow ray's choice, for every light.
 EMISSION_DIMENSIONS = 4
@@ -126,3 +128,17 @@ class Surroundings(Light, Protocol):
         which :meth:`shadow_rays` chooses these directions.
         """
         ...
+
+
+def met_among(
+    lights: Sequence[Surroundings], points: np.ndarray, directions: np.ndarray, rows: np.ndarray, hits: Hits
+) -> Iterator[tuple[Surroundings, np.ndarray, np.ndarray, np.ndarray]]:
+    """What ``rows`` (K,) of rays from ``points`` (R, 3) along ``directions`` (R, 3) see of ``lights`` at K ``hits``.
+
+    Yields each light, which (L,) of the K may see it, the radiance (L, 3) that comes from there, and the density (L,)
+    of aiming there.
+    """
+    for light in lights:
+        mine = np.flatnonzero(light.among(hits.triangle))
+        ahead = (part.take(rows.take(mine), axis=0) for part in (points, directions))
+        yield light, mine, *light.met(*ahead, hits.triangle.take(mine), hits.points.take(mine, axis=0))

@@ -14,7 +14,7 @@ from ..rays import Hits, RayCaster
 from ..sampling import cosine_hemisphere
 from ..segments import Segments
 from ..sides import BySide
-from ..triangles import row_products
+from ..triangles import dots
 from .specular import SpecularSurfaces
 
 #: How many tolerances a particle is moved along its direction before it starts. Lights may lie in a surface: an
@@ -141,7 +141,7 @@ class Bounces:
         """Segment ends: past the hit (``rows`` hit) by twice the tolerance along the normal, or out of everything."""
         ends = np.empty_like(origins)
         onward = directions.take(rows, axis=0)
-        cosine = np.abs(row_products(self.caster.normals.take(hits.triangle.take(rows), axis=0), onward))
+        cosine = np.abs(dots(self.caster.normals.take(hits.triangle.take(rows), axis=0), onward))
         places = hits.points.take(rows, axis=0)
         past = REACH_BEHIND * self.caster.tolerance(places) / np.maximum(cosine, GRAZING_COSINE)
         ends[rows] = places + past[:, None] * onward
@@ -180,7 +180,7 @@ class Bounces:
     def _onward(self, hits: Hits, rows, directions, fate, uniforms) -> tuple[np.ndarray, np.ndarray]:
         """Origins just off the surface, and directions, of the particles that go on."""
         normals = self.caster.normals.take(hits.triangle.take(rows), axis=0)
-        facing = -np.copysign(1.0, row_products(normals, directions))[:, None] * normals
+        facing = -np.copysign(1.0, dots(normals, directions))[:, None] * normals
         places = hits.points.take(rows, axis=0)
         away = self.caster.tolerance(places)
         if self.passing is None and self.translucency is None:

@@ -9,7 +9,7 @@ import numpy as np
 from ..checks import float_rows, index_rows, unit_rows
 from ..errors import InvalidArrayError
 from ..sampling import cosine_hemisphere, frames
-from ..triangles import normals_and_areas, row_products
+from ..triangles import dots, normals_and_areas
 
 #: How many uniform random numbers each hit of a specular surface uses.
 FACET_DIMENSIONS = 5
@@ -112,18 +112,18 @@ class SpecularSurfaces:
         """
         surface = self._specular
         alpha, ior = surface.roughness[rows], surface.ior[rows]
-        front = row_products(self._normals[rows], directions) < 0
+        front = dots(self._normals[rows], directions) < 0
         side = np.where(front, 1.0, -1.0)[:, None]
         flat, smooth = side * self._normals[rows], side * self._shading(rows, points)
         # A shading normal that turns away from the light says nothing about how the light is met.
-        smooth = np.where((row_products(smooth, directions) < 0)[:, None], smooth, flat)
+        smooth = np.where((dots(smooth, directions) < 0)[:, None], smooth, flat)
         facets = _visible_normals(smooth, -directions, alpha, uniforms[:, :2])
-        cosine = np.clip(-row_products(facets, directions), 0.0, 1.0)
+        cosine = np.clip(-dots(facets, directions), 0.0, 1.0)
         ratio = np.where(front, ior, 1.0 / ior)
         reflectance, beyond = fresnel(cosine, ratio)
         mirrored = directions + (2 * cosine)[:, None] * facets
         refracted = directions / ratio[:, None] + (cosine / ratio - beyond)[:, None] * facets
-        arriving = -row_products(smooth, directions)
+        arriving = -dots(smooth, directions)
         return Turns(
             surface.mirror[rows] + reflectance[:, None] * surface.gloss[rows],
             _let_out(mirrored, flat, smooth, arriving, alpha, uniforms[:, 2:]),
@@ -165,8 +165,8 @@ def _visible_normals(normals, towards, alpha, uniforms) -> np.ndarray:
     """
     first, second = frames(normals)
     wide = alpha[:, None]
-    upward = np.maximum(row_products(towards, normals), _LEAST_COSINE)
-    seen = np.stack([row_products(towards, first), row_products(towards, second), upward], axis=1)
+    upward = np.maximum(dots(towards, normals), _LEAST_COSINE)
+    seen = np.stack([dots(towards, first), dots(towards, second), upward], axis=1)
     seen = _unit(np.concatenate([wide * seen[:, :2], seen[:, 2:]], axis=1))
     height = (1.0 - uniforms[:, 1]) * (1.0 + seen[:, 2]) - seen[:, 2]
     ring = np.sqrt(np.clip(1.0 - height**2, 0.0, 1.0))
@@ -182,12 +182,12 @@ def _let_out(directions, flat, smooth, arriving, alpha, uniforms) -> np.ndarray:
     ``smooth`` (K, 3) are the shading normals on that side, ``arriving`` (K,) the cosine at which the light came;
     uniforms (K, 3).
     """
-    leaving = row_products(smooth, directions)
+    leaving = dots(smooth, directions)
     before, behind = _shadowing(np.abs(arriving), alpha), _shadowing(np.abs(leaving), alpha)
     blocked = (leaving < 0) | (uniforms[:, 0] * (1.0 + before + behind) >= 1.0 + before)
     directions = np.where(blocked[:, None], cosine_hemisphere(flat, uniforms[:, 1:]), directions)
     # Where the shading normal would send light through the flat triangle, it leaves as much to the other side.
-    inside = np.minimum(row_products(flat, directions), 0.0)
+    inside = np.minimum(dots(flat, directions), 0.0)
     return directions - (2 * inside)[:, None] * flat
 
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..discs import TangentDiscs
+from ..gatherers.sphere_plan import around
 
 #: Spheres that a walk along the Morton curve makes, over (r0 / (r - d))^D, for D = 2 and 3: each is centred where the
 #: walk left the one before, half of it lies behind, and the curve leaves it again and again. Measured on a sphere's
@@ -40,9 +41,8 @@ class SearchProblem:
     @classmethod
     def of(cls, discs: TangentDiscs, segments: int, dimension: float = 2.0) -> SearchProblem:
         """The problem of ``discs``, N >= 1, whose centres lie on surfaces, and a number of segments."""
-        middle = 0.5 * (discs.centres.min(axis=0) + discs.centres.max(axis=0))
-        around = float((np.linalg.norm(discs.centres - middle, axis=1) + discs.radii).max())
-        return cls(segments, len(discs), float(np.median(discs.radii)), around, dimension)
+        _, radius = around(discs.centres, discs.radii)
+        return cls(segments, len(discs), float(np.median(discs.radii)), radius, dimension)
 
 
 def share_through(radius, around):

@@ -13,14 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..direct.looks import Look
 from ..direct.low_discrepancy import nets
 from ..direct.nearby_lamps import NearbyLamps
 from ..direct.shadows import Shadows
-from ..direct.spots import Spots
 from ..gather.records import RecordFinder
 from ..gather.reflected_light import MOST_FOLLOWED, ReflectedLight, Ways
-from ..lights.light import SHADOW_DIMENSIONS, Light, Surroundings, is_lamp
+from ..lights.light import SHADOW_DIMENSIONS, Light, Surroundings, is_lamp, met_among
 from ..parallel import ordered_map, slices
 from ..random_streams import random_stream
 from ..rays import Hits, RayCaster
@@ -220,10 +218,8 @@ def emitted(sources, rays: Rays, origins, rows, hits: Hits, share, aimed: np.nda
     """What the ``rows`` (K,) of rays from ``origins`` (R, 3) bring of the lights that they hit, W/m^2 (K, 3), parts of
     the mean: that ``share`` (K, 3) arrives."""
     light = np.zeros((len(rows), 3))
-    for source in sources:
-        mine = np.flatnonzero(source.among(hits.triangle))
-        at, there = rows.take(mine), (hits.triangle.take(mine), hits.points.take(mine, axis=0))
-        radiance, density = source.met(origins.take(at, axis=0), rays.directions.take(at, axis=0), *there)
+    for _, mine, radiance, density in met_among(sources, origins, rays.directions, rows, hits):
+        at = rows.take(mine)
         weight = rays.cosine.take(at) / (rays.chance.take(at) + np.broadcast_to(aimed, len(rows)).take(mine) * density)
         light[mine] += radiance * share.take(mine, axis=0) * weight[:, None]
     return light
@@ -322,16 +318,14 @@ class Differences:
 
     def _seen(self, side: Surfaces, reflected, differing: Differing, generator) -> tuple[np.ndarray, np.ndarray]:
         """The light (R, 3) W/m^2, parts of the mean, and the radiosity (R, 3), that rays see in one scene."""
-        origins, rays, count = differing.origins, differing.rays, len(differing.owner)
-        spots = Spots(origins, rays.directions, rays.directions, rays.directions, differing.group)
-        nothing = np.zeros((count, 3))
-        look = Look(spots, np.arange(count), 1, 1.0, None, generator, None, nothing, nearby=self._lamps)
-        light, sent = np.zeros((2, count, 3))
+        origins, rays = differing.origins, differing.rays
+        light, sent = np.zeros((2, len(origins), 3))
         for surfaces, sources in side.shadows.ways(side.surroundings):
             for rows, hits, share in surfaces.met(origins, rays.directions):
                 light[rows] += emitted(sources, rays, origins, rows, hits, share, differing.aimed.take(rows))
                 if surfaces is side.shadows.between.surfaces:
-                    halves = reflected.sent(look, rows, rays.directions, hits.triangle, hits.points)
+                    ways = origins, rays.directions, rows, hits
+                    halves = reflected.sent(*ways, differing.group, self._lamps, generator)
                     sent[rows] += share * (0.5 * (halves[:, :3] + halves[:, 3:]))
         return light, sent
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...core.group_sums import group_means
 from ...core.rays import RayCaster
 from ...core.triangles import normals_and_areas
 from .estimation_points import CornerPoints
@@ -79,9 +80,9 @@ class Corners:
         known = np.flatnonzero(rows[pairs] >= 0)
         pairs, triangles = pairs[known], triangles[known]
         bisectors, angles = _bisectors(triangles, centres[rows[pairs]])
-        inward = means(bisectors, pairs, len(rows), angles)
+        inward, _ = group_means(bisectors, pairs, len(rows), angles)
         total = np.bincount(pairs, angles, len(rows))
-        facing = means(normals_and_areas(triangles)[0], pairs, len(rows), angles)
+        facing, _ = group_means(normals_and_areas(triangles)[0], pairs, len(rows), angles)
         return Corners(rows, vertices, centres, normals, pairs, triangles, facing, inward, total)
 
 
@@ -178,14 +179,6 @@ class Neighbourhood:
         hits = self._caster.first_hits(origins, directions)
         away = hits.points - origins
         return hits.triangle, np.sqrt(dots(away, away))
-
-
-def means(values: np.ndarray, groups: np.ndarray, count: int, weights: np.ndarray | None = None) -> np.ndarray:
-    """Mean (count, 3) of the ``values`` (K, 3) of each of the ``groups`` (K,) by ``weights`` (K,), zero for none."""
-    weights = np.ones(len(groups)) if weights is None else weights
-    total = np.bincount(groups, weights, count)
-    sums = [np.bincount(groups, weights * values[:, axis], count) for axis in range(3)]
-    return np.stack(sums, axis=1) / np.where(total > 0, total, 1.0)[:, None]
 
 
 def _bisectors(triangles: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...core.hashing import mixed
 from ...core.rays import RayCaster
-from ...core.triangles import normals_and_areas, row_products
+from ...core.triangles import dots, normals_and_areas
 from .surface_places import PATCHES
 from .triangle_geometry import cross, safe_unit
 
@@ -43,8 +43,8 @@ def flush_with(caster: RayCaster, corners: np.ndarray) -> np.ndarray:
     normals, middles = normals_and_areas(corners)[0], corners.mean(axis=1)
     off = caster.tolerance(middles)
     hits = caster.first_hits(middles + off[:, None] * normals, -normals, 2.0 * off)
-    depth = row_products(middles - hits.points, normals)
-    return (hits.triangle >= 0) & (depth <= off) & (row_products(caster.normals[hits.triangle], normals) > 0.0)
+    depth = dots(middles - hits.points, normals)
+    return (hits.triangle >= 0) & (depth <= off) & (dots(caster.normals[hits.triangle], normals) > 0.0)
 
 
 def _pairs_around_edges(corners: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:

@@ -11,6 +11,7 @@ import bpy
 import numpy as np
 
 from ...core.errors import EditModeError, NoMeshError
+from ...core.group_sums import group_means
 from ...core.lights.environment import EnvironmentWorld
 from ...core.lights.light import Light
 from ...core.lights.world import UniformWorld
@@ -328,7 +329,5 @@ def _element_means(
         sizes = [target.vertex_count for target in targets]
     ends = starts_of(sizes)
     elements, triangles = numbered(elements, ends), numbered([each.triangles for each in points], first)
-    counts = np.bincount(elements, minlength=ends[-1])
-    sums = [np.bincount(elements, values[triangles, channel], ends[-1]) for channel in range(3)]
-    means = np.stack(sums, axis=1) / np.maximum(counts, 1)[:, None]
-    return np.split(np.where(counts[:, None] > 0, means, missing), ends[1:-1])
+    means, known = group_means(values[triangles], elements, ends[-1])
+    return np.split(np.where(known[:, None], means, missing), ends[1:-1])

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...core.group_sums import group_means
 from ...core.scene import Scene
 from ...core.sides import any_side
-from .corner_neighbourhood import Corners, Neighbourhood, means
+from .corner_neighbourhood import Corners, Neighbourhood
 from .estimation_points import CornerPoints
 from .read_meshes import MeshSurface
 from .triangle_geometry import dots, sides_meant
@@ -78,7 +79,7 @@ def settled_points(points: list[CornerPoints], surfaces: list[MeshSurface], scen
     key = np.where(alone, 3 * len(corners.centres) + np.arange(len(rows)), shared)[used]
     _, first, rows[used] = np.unique(key, return_index=True, return_inverse=True)
     facing, inward = (
-        means(part[used], rows[used], len(first), corners.angles[used]) for part in (corners.facing, inward)
+        group_means(part[used], rows[used], len(first), corners.angles[used])[0] for part in (corners.facing, inward)
     )
     first = used[first]
     normals = corners.normals[corners.rows[first]]

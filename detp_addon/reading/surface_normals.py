@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...core.group_sums import group_sums
 from .joined_rows import numbered, starts_of
 from .read_attributes import face_sizes, stored_normals
 from .read_meshes import MeshSurface
@@ -59,7 +60,7 @@ def _triangle_vectors(corners: np.ndarray, kept: np.ndarray) -> np.ndarray:
 
 def _sums(vectors: np.ndarray, groups: np.ndarray, rows: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]:
     """Sums (size, 3) of ``vectors[rows]`` over ``groups``, and where they do not cancel out."""
-    sums = np.stack([np.bincount(groups, vectors[rows, axis], size) for axis in range(3)], axis=1)
+    sums = group_sums(vectors[rows], groups, size)
     lengths = np.bincount(groups, _lengths(vectors)[rows], size)
     return sums, _lengths(sums) > _CANCELLED * lengths
 

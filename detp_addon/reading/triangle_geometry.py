@@ -4,27 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...core.group_sums import group_sums
+from ...core.triangles import angles_between, cross, dots
+
 #: a triangle whose area is below this share of its longest edge squared is a line: it has no direction left
 LEAST_AREA = 1e-12
 
 #: cosine between a face's normal and that of its corner below which the back of the face is meant
 _BEHIND = -0.05
-
-
-def cross(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Cross products (N, 3) of rows (N, 3); for the small meshes of large scenes ten times as fast as NumPy's."""
-    a, b, c = first[:, 0], first[:, 1], first[:, 2]
-    x, y, z = second[:, 0], second[:, 1], second[:, 2]
-    result = np.empty(first.shape)
-    result[:, 0] = b * z - c * y
-    result[:, 1] = c * x - a * z
-    result[:, 2] = a * y - b * x
-    return result
-
-
-def dots(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Dot products (N,) of rows (N, 3)."""
-    return np.einsum("ni,ni->n", first, second)
 
 
 def safe_unit(vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -71,21 +58,14 @@ def corner_angles(corners: np.ndarray) -> np.ndarray:
     return angles_between(onward.reshape(-1, 3), back.reshape(-1, 3)).reshape(-1, 3)
 
 
-def angles_between(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Angles (N,) in radians between the vectors ``first`` (N, 3) and ``second`` (N, 3), of any length."""
-    across = cross(first, second)
-    return np.arctan2(np.sqrt(dots(across, across)), dots(first, second))
-
-
 def directions_around(corners: np.ndarray, flat: np.ndarray, vertices: np.ndarray, count: int) -> np.ndarray:
     """Mean unit normals (V, 3) around each of ``count`` vertices, by the angles of the triangles that meet there.
 
     Triangles have these ``corners`` (T, 3, 3), unit normals ``flat`` (T, 3) and ``vertices`` (T, 3). Zero where they
     cancel out.
     """
-    angles = corner_angles(corners)
-    sums = [np.bincount(vertices.ravel(), (angles * axis[:, None]).ravel(), count) for axis in flat.T]
-    return safe_unit(np.stack(sums, axis=1))[0]
+    angles = corner_angles(corners).ravel()
+    return safe_unit(group_sums(np.repeat(flat, 3, axis=0), vertices.ravel(), count, angles))[0]
 
 
 def facing_in_hollows(

@@ -44,12 +44,13 @@ def _study(arguments: argparse.Namespace) -> int:
     folder = made_folder(arguments.output)
 
     # Everything that can be wrong without Blender has been checked, and Blender takes a second to load.
-    from ...core.study import report
     from ...core.study.run import QUICK, Extent, run
     from ..command.blender_output import blender_silenced
 
     with blender_silenced():
         from .scenes import load_study_scene
+    from ..tables import as_csv
+    from . import report
     from .plots import NoPlotsError, draw
 
     extent = QUICK if arguments.quick else Extent()
@@ -65,7 +66,7 @@ def _study(arguments: argparse.Namespace) -> int:
         pictures = False
     texts = {"study.json": report.as_json(found)}
     texts["study.md"] = report.as_markdown(found, "detp study --quick" if arguments.quick else "detp study", pictures)
-    texts |= {f"{name}.csv": report.as_csv(rows) for name, rows in found.tables.items()}
+    texts |= {f"{name}.csv": as_csv(rows) for name, rows in found.tables.items()}
     for name, text in texts.items():
         write_text(folder / name, text)
     say(f"Saved {folder / 'study.md'}, study.json and {len(found.tables)} tables")

@@ -7,9 +7,9 @@ from functools import partial
 from pathlib import Path
 
 from ...core.errors import DetpError
-from ...core.study.report import PLOTS
 from ...core.study.run import StudyTables
 from ..files.write_files import replace_file
+from .report import PLOTS
 
 _NAMES = {"disc-index": "Disc Indexing", "sphere-cache": "Sphere Cache"}
 

@@ -16,6 +16,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
+from ...core.group_sums import group_means
 from ..reading.render_view import view_as_render
 
 #: Share of the way from a corner to the middle of its face, and lift in shares of the scene's radius.
@@ -61,8 +62,7 @@ class CopiedFaces:
     def just_inside(self, radius: float) -> CopiedFaces:
         """The corners drawn into their faces and lifted, in a scene of that ``radius`` in metres."""
         face = self.face
-        sums = [np.bincount(face, self.corners[:, axis], len(self.sizes)) for axis in range(3)]
-        middles = np.stack(sums, axis=1) / np.maximum(self.sizes, 1)[:, None]
+        middles, _ = group_means(self.corners, face, len(self.sizes))
         inward = INWARD * (middles[face] - self.corners)
         lift = np.clip(0.25 * np.linalg.norm(inward, axis=1), LEAST_LIFT * radius, MOST_LIFT * radius)
         return CopiedFaces(self.corners + inward + lift[:, None] * self.normals, self.normals, self.sizes)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.metadata
-import json
 import math
 import os
 import platform
@@ -12,9 +11,9 @@ from pathlib import Path
 import bpy
 
 from ...core.parallel import worker_count
-from ...core.study import report
-from ...core.study.report import markdown_table, versions
+from .. import tables
 from ..files.write_files import write_text
+from ..tables import markdown_table, versions
 from .figures import RATIOS, Comparison
 
 _FAIRNESS = """\
@@ -51,17 +50,13 @@ def write(found: Comparison, facts: dict, folder: Path, picture: bool) -> None:
 
 def as_json(found: Comparison, facts: dict) -> str:
     """Everything: the rows, the points, the machine and what else ``facts`` say."""
-    return json.dumps(_plain({**facts, "points": found.points, "runs": found.rows}), indent=1) + "\n"
+    return tables.as_json({**facts, "points": found.points, "runs": found.rows})
 
 
 def as_csv(found: Comparison) -> str:
     """A line for each kind of run."""
-    return report.as_csv(
-        [
-            _plain({key: value for key, value in row.items() if not isinstance(value, (dict, list))})
-            for row in found.rows
-        ]
-    )
+    rows = [{key: value for key, value in row.items() if not isinstance(value, (dict, list))} for row in found.rows]
+    return tables.as_csv(rows)
 
 
 def machine() -> dict:
@@ -142,12 +137,3 @@ def _processor() -> str:
         return next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
     except (OSError, StopIteration):
         return platform.processor()
-
-
-def _plain(value):
-    """The same for JSON, which knows no NaN."""
-    if isinstance(value, dict):
-        return {key: _plain(inner) for key, inner in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(inner) for inner in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

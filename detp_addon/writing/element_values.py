@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...core.group_sums import group_means
+from ...core.triangles import angles_between
+
 #: what can be baked, and what it means
 QUANTITIES = {
     "lighting": "E/pi: the light on a white surface, as Cycles' diffuse bake without colour",
@@ -49,7 +52,7 @@ def spread(values: np.ndarray, rows: np.ndarray, faces: Faces) -> np.ndarray:
     result[known] = values[rows[known]]
     if faces.by_vertex:
         weights = np.where(known, _angles(faces), 0.0)
-        result, known = _means(result, faces.corner_vertex, weights, len(faces.positions))
+        result, known = group_means(result, faces.corner_vertex, len(faces.positions), weights)
     return result if known.all() or not known.any() else _filled(result, known, faces)
 
 
@@ -81,9 +84,9 @@ def _filled(values: np.ndarray, known: np.ndarray, faces: Faces) -> np.ndarray:
         targets, sources, weights = targets[open_ends], sources[open_ends], weights[open_ends]
         live = reached[sources]
         if live.any():
-            means, found = _means(values[sources[live]], targets[live], weights[live], len(values))
+            means, found = group_means(values[sources[live]], targets[live], len(values), weights[live])
         elif not faces.by_vertex:
-            means, found = _means(values, faces.corner_vertex, reached.astype(float), len(faces.positions))
+            means, found = group_means(values, faces.corner_vertex, len(faces.positions), reached.astype(float))
             means, found = means[faces.corner_vertex], found[faces.corner_vertex] & ~reached
         else:
             break
@@ -110,12 +113,4 @@ def _angles(faces: Faces) -> np.ndarray:
     following, before = _neighbours(faces)
     places = faces.positions[faces.corner_vertex]
     ahead, back = places[following] - places, places[before] - places
-    across = np.linalg.norm(np.cross(ahead, back), axis=1)
-    return np.maximum(np.arctan2(across, np.einsum("ij,ij->i", ahead, back)), _LEAST)
-
-
-def _means(values: np.ndarray, groups: np.ndarray, weights: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]:
-    """Mean (size, 3) of the ``values`` (K, 3) of each group by ``weights`` (K,), and which groups have one."""
-    sums = np.stack([np.bincount(groups, weights * values[:, channel], size) for channel in range(3)], axis=1)
-    total = np.bincount(groups, weights, size)
-    return sums / np.where(total > 0, total, 1.0)[:, None], total > 0
+    return np.maximum(angles_between(ahead, back), _LEAST)

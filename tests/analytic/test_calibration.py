@@ -38,7 +38,7 @@ def test_a_disc_as_large_as_the_room_is_crossed_by_the_same_particles_again_and_
     found = calibration.coverage(*calibration.repeated(place, SEEDS, **settings))
     assert_calibrated(found)
     # What this takes away: without it the error is far too small.
-    monkeypatch.setattr(repeated_crossings.RepeatedCrossings, "_hold", lambda self, crossings, kept: None)
+    monkeypatch.setattr(repeated_crossings.RepeatedCrossings, "_hold", lambda self, crossings: None)
     alone = calibration.coverage(*calibration.repeated(place, SEEDS, **settings))
     assert alone.sums < 0.9 < found.sums
     assert alone.variance < 0.85 < 0.92 < found.variance

@@ -54,9 +54,9 @@ def test_it_draws_every_plot(tmp_path):
     pytest.importorskip("matplotlib")
     import numpy as np
     from detp.core.study.fields import uniform_discs, uniform_lines
-    from detp.core.study.report import PLOTS
     from detp.core.study.scene import StudyScene
     from detp.detp_addon.study.plots import draw
+    from detp.detp_addon.study.report import PLOTS
 
     generator = np.random.default_rng(1)
     discs = uniform_discs("surface", 300, 0.1, generator)

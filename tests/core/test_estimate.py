@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from detp.core.discs import TangentDiscs
 from detp.core.errors import InvalidArrayError
-from detp.core.estimator import crossing_sums
-from detp.core.estimator.crossing_sums import CrossingSums
+from detp.core.estimator import estimate as estimating
 from detp.core.estimator.estimate import Accumulator, IrradianceEstimate
 from detp.core.estimator.rings import nested_areas
 from detp.core.estimator.visible_area import DIRECTIONS, VisibleArea, whole_discs
@@ -42,6 +41,8 @@ def test_mean_and_standard_error_are_those_of_the_particles():
     estimate, each = simulated(10_000, 1)
     assert estimate.irradiance.value[0] == pytest.approx(each.mean(axis=0))
     assert estimate.irradiance.standard_error[0] == pytest.approx(with_one_more(each), rel=2e-4)
+    # Each segment is a particle of its own, and none comes again.
+    assert not estimate.repeated.any()
 
 
 def test_merged_estimates_are_the_estimate_of_all_particles():
@@ -86,7 +87,7 @@ def test_no_crossings_add_nothing():
     segments = Segments(np.zeros((1, 3)), np.ones((1, 3)), np.ones((1, 3)), np.zeros(1, np.uint16))
     discs = TangentDiscs.of_radius(np.zeros((1, 3)), [(0, 0, 1)], 1.0)
     (placed,) = whole_discs(discs)
-    sums = CrossingSums(discs, segments, placed.area)
+    sums = Accumulator(discs, segments, 1, placed.area)
     assert len(sums.add(Crossings(np.empty(0, np.int64), np.empty(0, np.int64)))) == 0
     assert not sums.total.any() and not sums.squares.any()
 
@@ -101,9 +102,9 @@ def test_sums_do_not_depend_on_slices(monkeypatch, size):
     flux = generator.exponential(size=(1000, 3)) * np.where(np.arange(1000) % 7 == 0, -1, 1)[:, None]
     segments = Segments(*generator.uniform(-1.5, 1.5, (2, 1000, 3)), flux, np.ones(1000, np.uint16))
     found = list(DiscIndex(discs).crossings(segments))
-    whole, cut = CrossingSums(discs, segments, visible), CrossingSums(discs, segments, visible)
+    whole, cut = (Accumulator(discs, segments, 1000, visible) for _ in range(2))
     kept = [whole.add(crossings) for crossings in found]
-    monkeypatch.setattr(crossing_sums, "SHARED", size)
+    monkeypatch.setattr(estimating, "CROSSINGS_PER_CHUNK", size)
     assert all(np.array_equal(cut.add(crossings), inside) for crossings, inside in zip(found, kept, strict=True))
     assert np.array_equal(cut.total, whole.total) and np.array_equal(cut.squares, whole.squares)
     expected = np.zeros((300, 3))

@@ -3,28 +3,29 @@
 import numpy as np
 import pytest
 from detp.core.bake import baked
-from detp.core.direct.looks import Look
-from detp.core.direct.spots import Spots
-from detp.core.gather.cells import Cells, CellTable
-from detp.core.gather.records import NEAR, Landings, Records
+from detp.core.gather.cells import Cells
+from detp.core.gather.records import NEAR, Landings, RecordFinder, Records
 from detp.core.gather.reflected_light import MOST_FOLLOWED, ReflectedLight
 from detp.core.photons.emission import lights_of
 from detp.core.points import Points, facings
 from detp.core.rays import RayCaster
-from detp.core.sampling import cosine_hemisphere, frames
+from detp.core.sampling import cosine_hemisphere
 from detp.core.settings import BakeSettings
 from rooms import box_quads, face_points, scene_of
 
 CELLS = Cells(np.full(3, -1.0), 0.01)
 
 
-def test_a_table_finds_what_was_put_in_and_nothing_else():
+def test_records_tell_of_their_own_cells_and_of_no_others():
     generator = np.random.default_rng(1)
     numbers = np.unique(generator.integers(0, 1 << 62, 5000).astype(np.uint64))
-    table = CellTable(numbers, np.arange(len(numbers)))
-    assert np.array_equal(table.find(numbers), np.arange(len(numbers)))
-    others = np.setdiff1d(generator.integers(0, 1 << 62, 5000).astype(np.uint64), numbers)
-    assert (table.find(others) == -1).all()
+    cut = generator.random(len(numbers)) < 0.2
+    finder = RecordFinder(np.zeros(3), 0.01, numbers, cut)
+    assert np.array_equal(finder.rows(numbers), np.where(cut, -1, np.arange(len(numbers))))
+    others = np.setdiff1d(generator.integers(0, 1 << 63, 5000).astype(np.uint64), numbers)
+    assert (finder.rows(others) == -1).all()
+    nothing = RecordFinder(np.zeros(3), 0.01, numbers[:0], cut[:0])
+    assert (nothing.rows(others) == -1).all()
 
 
 def test_cells_are_as_wide_as_a_fifth_of_the_ray_but_no_smaller_than_the_finest():
@@ -78,11 +79,10 @@ def test_rays_that_nothing_is_known_of_bring_every_reflection_once(bounces):
     nowhere = Landings(*np.zeros((3, 0, 3)), np.zeros(0))
     light = ReflectedLight(scene, caster, lights, Records(caster, nowhere, 1, 0).finder, bounces)
     origins, normals, generator = np.full((count, 3), 0.5), np.tile((0, 0, 1.0), (count, 1)), np.random.default_rng(3)
-    spots, rows = Spots(origins, normals, *frames(normals), np.zeros(count, np.int64)), np.arange(count)
     directions = cosine_hemisphere(normals, generator.random((count, 2)))
     hits = caster.first_hits(origins, directions)
-    look = Look(spots, rows, 1, 1.0, None, generator, None, np.zeros((count, 3)))
-    found = light.sent(look, rows, directions, hits.triangle, hits.points)
+    rows, group = np.arange(count), np.zeros(count, np.int64)
+    found = light.sent(origins, directions, rows, hits, group, None, generator)
     expected = np.pi * sum(albedo**n for n in range(1, min(bounces, MOST_FOLLOWED) + 1))
     error = found[:, :3].std(axis=0) / np.sqrt(count)
     assert np.array_equal(found[:, :3], found[:, 3:])

@@ -6,10 +6,9 @@ from detp.core import parallel
 from detp.core.direct.direct_light import LEARN_AFTER, DirectLight
 from detp.core.direct.direction_guide import SIDE, DirectionChoice, DirectionSums, cells
 from detp.core.direct.point_groups import LARGEST_GROUP, PointGroups
-from detp.core.direct.round_plan import DARK_SHARE, LEAST_SHARE, planned
+from detp.core.direct.round_sums import batches, in_whole_samples
 from detp.core.direct.spots import Spots
 from detp.core.lights.environment import EnvironmentWorld
-from detp.core.lights.sun import SunLight
 from detp.core.lights.world import UniformWorld
 from detp.core.photons.emission import lights_of
 from detp.core.rays import RayCaster
@@ -90,7 +89,6 @@ def test_learning_changes_no_mean(kind, monkeypatch):
     scene, points, normals = room(kind)
     learnt = np.array([looked(scene, points, normals, 64, s).irradiance.value.sum(axis=1) for s in range(16)])
     monkeypatch.setattr(DirectionSums, "guide", lambda self: None)
-    monkeypatch.setattr("detp.core.direct.direct_light.planned", lambda n, had, *_: (np.full(len(had[0]), n),) * 2)
     plain = np.array([looked(scene, points, normals, 64, 90 + s).irradiance.value.sum(axis=1) for s in range(16)])
     usual = np.concatenate([learnt, plain]).mean()
     a, b = (learnt / usual).mean(axis=1), (plain / usual).mean(axis=1)
@@ -137,38 +135,12 @@ def test_threads_change_nothing(kind, monkeypatch):
     assert np.array_equal(looked(scene, points, normals).irradiance.value, several)
 
 
-def test_lamps_that_are_certain_leave_their_rays_to_the_sky():
-    scene, points, normals = room("world")
-    sun = SunLight((0.6, 0, -1.0), np.ones(3), 0.2)
-    scene = Scene(
-        scene.vertices, scene.triangles, scene.albedo, scene.emission, scene.transmittance, (*scene.lights, sun)
-    )
-    light = looked(scene, points, normals, 64)
-    assert light.rays == pytest.approx(64 * light.rays_per_round, rel=0.02)
-    assert light._by_surroundings.before.count.mean() > 1.3 * light._by_lamps.before.count.mean()
-    assert light._by_lamps.before.count.min() >= 1
-
-
-def test_points_with_other_light_need_fewer_rays():
-    scene, points, normals = room("world")
-    light = looked(scene, points, normals, 16)
-    before, bright = light._by_surroundings.after.count.copy(), points[:, 0] > 0
-    for _ in light.rounds(16, 48, np.where(bright, 100.0, 0.0)[:, None] * np.ones(3)):
-        pass
-    more = np.empty(len(points))
-    more[light._groups.order] = light._by_surroundings.after.count - before
-    assert more[bright].mean() < 0.7 * more[~bright].mean()
-
-
-def test_rounds_follow_the_noise_and_cost_what_was_asked():
-    variance = np.repeat([0.0, 1e-9, 0.04, 0.16], 1000)
-    (plan,) = planned(16, (np.full(4000, 16.0),), (variance,), (8,))
-    assert plan.sum() == pytest.approx(16 * 4000, rel=0.01)
-    none, few, some, many = plan.reshape(4, -1).mean(axis=1)
-    assert none == pytest.approx(16 * DARK_SHARE, rel=0.01) and few == pytest.approx(16 * LEAST_SHARE, rel=0.01)
-    assert (many + 16) == pytest.approx(2 * (some + 16), rel=0.05)
-    unknown = planned(4, (np.zeros(5), np.zeros(5)), (np.full(5, np.nan),) * 2, (4, 8))
-    assert all((rounds == 4).all() for rounds in unknown)
+@pytest.mark.parametrize("rounds", [1, 2, 3, 5, 13, 64])
+def test_rounds_make_up_whole_samples_and_are_as_many_as_was_asked(rounds):
+    found = in_whole_samples(rounds, 4000)
+    assert found.mean() == pytest.approx(rounds, rel=0.01) and found.min() >= 1
+    for batch in batches(found):
+        assert (batch.size * batch.count == found[batch.rows]).all()
 
 
 def test_warped_numbers_have_the_density_that_is_told():

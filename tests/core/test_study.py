@@ -10,12 +10,14 @@ import pytest
 from detp.core.errors import NoLightError
 from detp.core.gatherers.balanced_tree import BalancedTree
 from detp.core.machine import Machine
-from detp.core.study import growth, measure, q_scan, quasi_static, report
+from detp.core.study import growth, measure, q_scan, quasi_static
 from detp.core.study.fields import spacing, uniform_discs, uniform_lines
 from detp.core.study.measure import crossing, lowest
 from detp.core.study.measure import growth as fitted_growth
 from detp.core.study.run import Extent, run
 from detp.core.study.scene import StudyScene
+from detp.detp_addon import tables
+from detp.detp_addon.study import report
 
 TINY = Extent(
     q_points=400, q_lines=160, growth_points=(200, 400, 800), growth_lines=(50, 100, 200), spacings=(0.5, 4.0),
@@ -108,7 +110,7 @@ def test_the_whole_study_in_miniature():
     assert {row["scene"] for row in found.tables["choice"]} == {"ball", "small"}
     assert set(figures["quasi_static"]) == {"uniform, 10% of the discs", "ball, 10% of the discs"}
     for name, rows in found.tables.items():
-        read = list(csv.DictReader(io.StringIO(report.as_csv(rows))))
+        read = list(csv.DictReader(io.StringIO(tables.as_csv(rows))))
         assert len(read) == len(rows) > 0, name
     text = report.as_markdown(found, "detp study", pictures=True)
     assert text.count("\n## ") == 7 and "(radius.svg)" in text and "| nan" not in text

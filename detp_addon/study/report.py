@@ -1,16 +1,12 @@
-"""What the study found, as text: study.json, a CSV for each table, and study.md that reads as a short report."""
+"""What the study found, as text: study.json, and study.md that reads as a short report."""
 
 from __future__ import annotations
 
-import csv
-import io
-import json
-import platform
-from collections.abc import Iterable
-
 import numpy as np
 
-from .run import StudyTables
+from ...core.study.run import StudyTables
+from .. import tables
+from ..tables import markdown_table, versions
 
 #: plots, by file name without its ending, and what they show
 PLOTS = {
@@ -25,26 +21,7 @@ PLOTS = {
 
 def as_json(found: StudyTables) -> str:
     """The figures that sum the study up, and the machine."""
-    return json.dumps({**_plain(found.figures), "versions": versions()}, indent=2) + "\n"
-
-
-def as_csv(rows: list[dict]) -> str:
-    """A table with a heading; rows may lack some of its columns."""
-    text = io.StringIO()
-    writer = csv.DictWriter(text, list(dict.fromkeys(key for row in rows for key in row)))
-    writer.writeheader()
-    writer.writerows(_plain(rows))
-    return text.getvalue()
-
-
-def versions() -> dict[str, str]:
-    """What the figures were measured with."""
-    return {
-        "python": platform.python_version(),
-        "numpy": np.__version__,
-        "machine": platform.machine(),
-        "system": platform.system(),
-    }
+    return tables.as_json({**found.figures, "versions": versions()})
 
 
 def as_markdown(found: StudyTables, command: str, pictures: bool) -> str:
@@ -179,25 +156,9 @@ def _held(held: bool) -> str:
     return "holds" if held else "does not hold"
 
 
-def markdown_table(heading: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    """A table in Markdown."""
-    heading = list(heading)
-    lines = [heading, ["---"] * len(heading), *rows]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
-
-
 def _cell(value) -> str:
     if value is None:
         return ""
     if isinstance(value, bool) or not isinstance(value, (float, np.floating)):
         return str(value)
     return f"{value:.3g}"
-
-
-def _plain(value):
-    """The same with Python's own numbers, which json and csv write in full."""
-    if isinstance(value, dict):
-        return {key: _plain(inner) for key, inner in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(inner) for inner in value]
-    return value.item() if isinstance(value, np.generic) else value

@@ -1,0 +1,32 @@
+"""What the parts of a bake cost, and by what it is told how long they will take.
+
+Seconds are those of one processor of the reference, see machine.py. Where an error is aimed at, these and not the clock
+decide what comes next, so that a seed gives the same light on every machine.
+"""
+
+from __future__ import annotations
+
+#: Of a ray, of tracing a segment, and of a crossing.
+RAY, SEGMENT, CROSSING = 7e-7, 1.2e-6, 2.5e-7
+
+#: Crossings of a photon as long as none have been counted: many, so that a first step of little time keeps to it; and
+#: what such a photon takes.
+CROSSINGS = 50
+PHOTON = SEGMENT + CROSSINGS * CROSSING
+
+#: Of placing a disc. That takes about so many times as long as finding where its point stands.
+PLACING, PLACING_OVER_STANDING = 5e-5, 5.0
+
+#: How much longer than tracing a photon all takes that is done for it in a bake of a given time, shadow rays included.
+FOR_A_PHOTON = 4.0
+
+#: What whole bakes took, with all that goes with it: for each point (reading, placing and writing), for each shadow ray
+#: and each photon.
+WHOLE_POINT, WHOLE_RAY, WHOLE_PHOTON = 1.0e-4, 1.0e-6, 4.0e-6
+
+#: The same for what gathers: rays for as much light as a crossing brings. Scenes need from a fifth of it (sun and
+#: shade) to four times as much (many lamps), small rooms with windows twenty times.
+GATHERED = 1.0e-6
+
+#: Wall seconds before and beside all that: the pilot, learning where to aim.
+START = 1.5

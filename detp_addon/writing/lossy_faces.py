@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Collection
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -39,6 +40,11 @@ class LossyFaces:
         rows = rows[np.argsort(-(shares * losses.area)[rows], kind="stable")]
         whole = float(shares @ seen / seen.sum()) if seen.any() else float("nan")
         return cls(tuple(objects), owners[rows], faces[rows], shares[rows], whole)
+
+    def of_objects(self, kept: Collection[tuple[str, str | None]]) -> LossyFaces:
+        """Those of the objects ``kept``."""
+        rows = np.array([key in kept for key in self.objects], bool)[self.owners]
+        return replace(self, owners=self.owners[rows], faces=self.faces[rows], shares=self.shares[rows])
 
     def by_object(self, most: int | None = None, beyond: float = DIVIDED) -> FacesByObject:
         """The first ``most`` (None for all) of those that show more than a share ``beyond`` wrong."""

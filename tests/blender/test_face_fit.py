@@ -12,6 +12,8 @@ from detp.detp_addon.job import bake_scene
 from detp.detp_addon.panel import session
 from detp.detp_addon.reading.read_scene import read_scene
 from detp.detp_addon.request import BakeRequest
+from detp.detp_addon.writing.face_division import divide_faces
+from detp.detp_addon.writing.lossy_faces import LossyFaces
 from small_scenes import colours, cube, grid, lamp
 
 DIRECT = BakeSettings(indirect="off", quality="draft")
@@ -28,6 +30,13 @@ def plane(name="Floor", size=4.0, location=(0, 0, 0)):
     bpy.ops.mesh.primitive_plane_add(size=size, location=location)
     bpy.context.object.name = name
     return bpy.context.object
+
+
+def polygons(name, vertices, faces):
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(vertices, [], faces)
+    bpy.context.collection.objects.link(bpy.data.objects.new(name, mesh))
+    return bpy.data.objects[name]
 
 
 def sun(energy=math.pi):
@@ -91,6 +100,55 @@ def test_named_faces_are_selected_and_divided_with_their_layers():
     assert corners == pytest.approx(places / 4.0 + 0.5, abs=1e-6)
     bpy.ops.detp.bake("EXEC_DEFAULT", indirect="OFF", quality="DRAFT")
     assert session.latest().outcome.report.lossy_faces.whole < 0.8 * before
+
+
+#: Borders of faces, and of how many faces each becomes: also those with a vertex on a side, where a neighbour was
+#: divided.
+FACES_DIVIDED = {
+    "triangle": ([(0, 0), (4, 0), (0, 4)], 4),
+    "triangle, divided beside": ([(0, 0), (2, 0), (4, 0), (0, 4)], 4),
+    "quad": ([(0, 0), (4, 0), (4, 4), (0, 4)], 4),
+    "quad, divided beside twice": ([(0, 0), (1, 0), (2, 0), (4, 0), (4, 4), (0, 4)], 4),
+    "concave quad": ([(0, 0), (4, 0), (1, 1), (0, 4)], 8),
+    "hexagon": ([(2, 0), (4, 0), (6, 2), (4, 4), (2, 4), (0, 2)], 16),
+    "floor around a corner": ([(0, 0), (4, 0), (4, 1), (1, 1), (1, 4), (0, 4)], 16),
+}
+
+
+@pytest.mark.parametrize("border, parts", FACES_DIVIDED.values(), ids=FACES_DIVIDED)
+def test_a_face_of_any_kind_is_divided_into_parts_half_as_long(border, parts):
+    floor = polygons("Floor", [(*place, 0.0) for place in border], [tuple(range(len(border)))])
+    layer = floor.data.uv_layers.new(name="Map")
+    layer.data.foreach_set("uv", np.ravel(border).astype(np.float32))
+    area = floor.data.polygons[0].area
+    lossy = LossyFaces((("Floor", None),), np.zeros(1, int), np.zeros(1, int), np.ones(1), 1.0)
+    division = divide_faces(lossy, 100)
+    assert (division.faces, division.objects) == (1, 1)
+    assert division.vertices == len(floor.data.vertices) - len(border)
+    assert len(floor.data.polygons) == parts
+    assert sum(face.area for face in floor.data.polygons) == pytest.approx(area)
+    assert not floor.data.validate()
+    places = [tuple(floor.data.vertices[loop.vertex_index].co[:2]) for loop in floor.data.loops]
+    assert np.array([tuple(each.uv) for each in floor.data.uv_layers["Map"].data]) == pytest.approx(np.array(places))
+
+
+def test_triangles_beside_divided_faces_show_the_new_vertices():
+    floor = polygons("Floor", [(0, 0, 0), (4, 0, 0), (0, 4, 0), (4, 4, 0)], [(0, 1, 2), (1, 3, 2)])
+    divide_faces(LossyFaces((("Floor", None),), np.zeros(1, int), np.zeros(1, int), np.ones(1), 1.0), 100)
+    floor.data.calc_loop_triangles()
+    assert min(triangle.area for triangle in floor.data.loop_triangles) == pytest.approx(2.0)
+    assert len(floor.data.loop_triangles) == 6
+
+
+def test_divisions_stay_within_their_vertices_and_take_only_what_can_be_divided():
+    shared, other = cube("Shared"), cube("Other")
+    twin = bpy.data.objects.new("Twin", shared.data)
+    bpy.context.collection.objects.link(twin)
+    keys = (("Shared", None), ("Other", None))
+    lossy = LossyFaces(keys, np.repeat([0, 1], 6), np.tile(np.arange(6), 2), np.full(12, 0.5), 0.5)
+    division = divide_faces(lossy, 8)
+    assert (division.faces, division.objects, len(shared.data.polygons)) == (2, 1, 6)
+    assert len(other.data.polygons) == 12
 
 
 def test_an_object_whose_mesh_modifiers_change_shows_its_light_everywhere():

@@ -15,6 +15,7 @@ import bpy
 from ...core.errors import DetpError, InvalidSettingError
 from ...core.forecast import forecast
 from ...core.memory import memory_errors_named
+from ...core.settings import QUALITIES
 from ..chosen_objects import chosen_objects, likely_points, targets_in
 from ..chosen_views import View, ViewChoice, chosen_views, shared_objects
 from ..files.bake_mark import BakeMark, fingerprint, mark_output
@@ -206,10 +207,10 @@ def _subdivided(
     Returns how many faces, of how many objects, and the share of their light that faces showed wrong before; None when
     there was nothing to divide.
     """
-    seconds = request.settings.seconds
-    if seconds is not None and times:
-        seconds *= ROUGH_SHARE / times
-    settings = replace(request.settings, quality="draft", error=None, photons=None, seconds=seconds)
+    seconds, error = request.settings.seconds, None
+    if seconds is not None:
+        seconds, error = seconds * ROUGH_SHARE / max(times, 1), QUALITIES["draft"]
+    settings = replace(request.settings, quality="draft", error=error, photons=None, seconds=seconds)
     rough = replace(request, settings=settings, by_light=False)
     faces, objects, before = 0, 0, None
     for left in range(times, 0, -1):

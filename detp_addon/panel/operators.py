@@ -266,7 +266,7 @@ class _OnWrongFaces:
 
 
 class DETP_OT_select_faces(_OnWrongFaces, bpy.types.Operator):
-    """Select the faces that show more than a quarter of their light wrong between their vertices"""
+    """Select the faces that the report names: those that show most of their light wrong between their vertices"""
 
     bl_idname = "detp.select_faces"
     bl_label = "Select Faces"

@@ -9,7 +9,8 @@ import numpy as np
 
 from ...core.fit.vertex_fit import FaceLosses
 
-#: Faces that show more than this share of their light wrong are named, and those beyond the second one can be divided.
+#: Faces that show more than this share of their light wrong are named, and those beyond the second one can be divided,
+#: and are named where there are no others: a spot in the sun is a small part of a large floor.
 WRONG, DIVIDED = 0.25, 0.05
 
 #: Faces of objects by names: Blender's own objects may go.
@@ -55,6 +56,11 @@ class LossyFaces:
         return {self.objects[owner]: part for owner, part in zip(owners, parts, strict=False)}
 
     @property
+    def limit(self) -> float:
+        """The share of wrong light beyond which faces are named: the usual one, or the lower one if none is beyond."""
+        return WRONG if (self.shares > WRONG).any() else DIVIDED
+
+    @property
     def wrong(self) -> FacesByObject:
         """Those that are named."""
-        return self.by_object(None, WRONG)
+        return self.by_object(None, self.limit)

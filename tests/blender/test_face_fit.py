@@ -39,10 +39,11 @@ def polygons(name, vertices, faces):
     return bpy.data.objects[name]
 
 
-def sun(energy=math.pi):
-    """From straight above: the lighting on a floor is 1."""
+def sun(energy=math.pi, turn=0.0):
+    """From straight above: the lighting on a floor is 1. Or turned by so many radians."""
     light = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
     light.data.energy, light.data.angle = energy, 0.0
+    light.rotation_euler.y = turn
     bpy.context.collection.objects.link(light)
 
 
@@ -76,8 +77,19 @@ def test_a_face_that_cannot_show_its_light_is_named():
     lamp(location=(0.0, 0.0, 0.3))
     report = baked()
     assert report.lossy_faces.wrong[("Floor", None)].tolist() == [0]
-    assert "more than a quarter" in report.faces()
+    assert "more than 25 %" in report.faces()
     assert report.as_json()["wrong_faces"] == {"Floor": 1}
+
+
+def test_a_large_floor_that_loses_a_small_spot_is_named_too():
+    plane()
+    sun()
+    sun(1.0, turn=1.0)
+    plane("Roof", 1.0, (0.9, 0.9, 0.5))
+    report = baked()
+    assert report.lossy_faces.shares[0] < 0.25
+    assert report.lossy_faces.wrong[("Floor", None)].tolist() == [0]
+    assert "1 face of 1 object by more than 5 %" in report.faces()
 
 
 def test_named_faces_are_selected_and_divided_with_their_layers():

@@ -80,7 +80,7 @@ def select_faces(faces: FacesByObject, context: bpy.types.Context) -> int:
 def division_note(divided: int, objects: int, before: float, after: float) -> str:
     """A sentence on what a division brought: the share of light that faces showed wrong ``before`` and ``after``."""
     return (
-        f"{counted(divided, 'face')} of {counted(objects, 'object')} were divided where light changes: "
+        f"Divided {counted(divided, 'face')} of {counted(objects, 'object')} where light changes: "
         f"faces show {percent(after)} of their light wrong, {percent(before)} before."
     )
 

@@ -38,7 +38,7 @@ class LossyFaces:
         """Those of all faces (F), with their ``losses``, that show too much wrong to let it be."""
         shares, seen = losses.share, losses.area * losses.bright
         rows = np.flatnonzero(shares > DIVIDED)
-        rows = rows[np.argsort(-(shares * losses.area)[rows], kind="stable")]
+        rows = rows[np.argsort(-(shares * seen)[rows], kind="stable")]
         whole = float(shares @ seen / seen.sum()) if seen.any() else float("nan")
         return cls(tuple(objects), owners[rows], faces[rows], shares[rows], whole)
 

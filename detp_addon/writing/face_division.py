@@ -43,7 +43,8 @@ def most_vertices(lossy: LossyFaces) -> int:
 def divide_faces(lossy: LossyFaces, most: int) -> Division:
     """Halve the edges of faces, those first that show most light wrong, with about ``most`` vertices that are added.
 
-    Each becomes four, and so does each triangle of one that is no triangle or convex quad. Neighbours get the new
+    Each becomes four, or two if it is more than twice as long as wide, and so does each triangle of one that is no
+    triangle or convex quad. Neighbours get the new
     vertices into their edges, so that no gap opens; triangles among them become two or more, others stay whole. UV
     maps, materials and other layers are kept.
     Objects that cannot be changed here are left out: those from libraries, and those that share a mesh.
@@ -109,7 +110,7 @@ def _divide(mesh: bpy.types.Mesh, rows: np.ndarray) -> None:
         odd = dict.fromkeys(face for face in faces if not _simple(face))
         whole, middles = [face for face in faces if face not in odd], []
         for face in whole + bmesh.ops.triangulate(work, faces=[*odd])["faces"]:
-            middles += _quarter(face)
+            middles += _parted(face)
         for face in dict.fromkeys(face for middle in middles for face in middle.link_faces):
             _without_line(face)
         work.to_mesh(mesh)
@@ -129,18 +130,24 @@ def _simple(face: bmesh.types.BMFace) -> bool:
     return len(corners) == 3 or (len(corners) == 4 and all(loop.is_convex for loop in corners))
 
 
-def _quarter(face: bmesh.types.BMFace) -> list[bmesh.types.BMVert]:
-    """Make four faces of a triangle or a quad, and return what lies in the middle of its sides."""
+def _parted(face: bmesh.types.BMFace) -> list[bmesh.types.BMVert]:
+    """Make four faces of a triangle or a quad, two of a long one, and return what lies in the middle of its sides."""
     corners = [loop.vert for loop in _corners(face)]
     if len(corners) not in (3, 4):  # a triangle that is a line
         return []
-    middles = [_halfway(face, *side) for side in zip(corners, corners[1:] + corners[:1], strict=True)]
+    sides = [*zip(corners, corners[1:] + corners[:1], strict=True)]
+    lengths = [(end.co - start.co).length for start, end in sides]
+    long = [length > 0.5 * max(lengths) for length in lengths]
+    across = sum(long) == 2 and (len(sides) == 3 or long[0] == long[2])
+    middles = [_halfway(face, *side) for side, counts in zip(sides, long, strict=True) if counts or not across]
     parts = [face]
-    if len(corners) == 3:
+    if across:
+        ends = [middles]
+    elif len(sides) == 3:
         ends = zip(middles, middles[1:] + middles[:1], strict=True)
     else:
-        across = _cut(parts, middles[0], middles[2])
-        _, centre = bmesh.utils.edge_split(across, middles[0], 0.5)
+        middle = _cut(parts, middles[0], middles[2])
+        _, centre = bmesh.utils.edge_split(middle, middles[0], 0.5)
         ends = [(middles[1], centre), (centre, middles[3])]
     for one, other in ends:
         _cut(parts, one, other)

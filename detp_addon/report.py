@@ -123,7 +123,7 @@ class BakeReport:
         if not wrong:
             return line + "."
         many = counted(sum(map(len, wrong.values())), "face")
-        return f"{line}; {many} of {counted(len(wrong), 'object')} are off by more than a quarter."
+        return f"{line}; {many} of {counted(len(wrong), 'object')} by more than {100 * self.lossy_faces.limit:.0f} %."
 
     def details(self) -> list[str]:
         """Lines for people after the headline: what was modelled, what was left out, what to look at."""

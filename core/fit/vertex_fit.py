@@ -91,7 +91,7 @@ class FaceLosses:
 
     share   (F,) of the light, 0..1, in the mean over places: how far what is shown there is from what was found, beyond
             noise, over the larger of both
-    area    (F,) m^2, 0 where nothing is known
+    area    (F,) m^2, of which buried and unlit parts count as little as in the fit
     bright  (F,) how bright each looks, 0..1: the mean of the larger of both, over that and what is usual in the scene
     """
 
@@ -200,12 +200,13 @@ class VertexFit:
         beside = np.maximum(np.maximum(np.abs(shown).sum(axis=1), found), DARK_SHARE * usual)
         wrong = np.minimum(np.sqrt(np.maximum(squares - CERTAIN * noise, 0.0)) / beside, 1.0)
         of, count = face[self._places.triangle], int(face.max(initial=-1)) + 1
-        counted = np.bincount(of, area, count)
-        share, bright = (
-            np.divide(np.bincount(of, area * each, count), counted, out=np.zeros(count), where=counted > 0)
-            for each in (wrong, beside / (beside + usual))
+        whole, counted, *sums = (
+            np.bincount(of, each, count)
+            for each in (self._places.area, area, area * wrong, area * beside / (beside + usual))
         )
-        return FaceLosses(share, np.bincount(face, self._faces.areas, count) * (counted > 0), bright)
+        share, bright = (np.divide(each, counted, out=np.zeros(count), where=counted > 0) for each in sums)
+        part = np.divide(counted, whole, out=np.zeros(count), where=whole > 0)
+        return FaceLosses(share, np.bincount(face, self._faces.areas, count) * part, bright)
 
     def _spread(self, equations: Matrix, weights: np.ndarray, errors: np.ndarray) -> np.ndarray:
         """What (U, NOISES) noises of the places with these standard ``errors`` (K, 3) do to the values, RGB sums."""

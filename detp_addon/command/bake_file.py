@@ -15,6 +15,7 @@ import bpy
 from ...core.errors import DetpError, InvalidSettingError
 from ...core.forecast import forecast
 from ...core.memory import memory_errors_named
+from ...core.settings import QUALITIES
 from ..chosen_objects import chosen_objects, likely_points, targets_in
 from ..chosen_views import View, ViewChoice, chosen_views, shared_objects
 from ..files.bake_mark import BakeMark, fingerprint, mark_output
@@ -28,12 +29,15 @@ from ..report import BakeReport
 from ..request import BakeRequest
 from ..steps import JobProgress
 from ..writing.encoding import Encoding
-from ..writing.face_division import divide_faces, division_note
+from ..writing.face_division import divide_faces, division_note, most_vertices
 from ..writing.modifiers import apply_modifiers
 from .bake_options import bake_settings
 from .blender_output import blender_silenced
 from .jobs import BAKED, FORESEEN, Outcome, SceneJob, failed, light_options, previews_of, skipped
 from .kept_output import KeptOutput
+
+#: Of the time that a bake may take, so much for those that tell which faces to divide.
+ROUGH_SHARE = 0.5
 
 
 class Display(Protocol):
@@ -203,20 +207,21 @@ def _subdivided(
     Returns how many faces, of how many objects, and the share of their light that faces showed wrong before; None when
     there was nothing to divide.
     """
-    rough = replace(
-        request,
-        settings=replace(request.settings, quality="draft", error=None, photons=None, seconds=None),
-        by_light=False,
-    )
+    seconds, error = request.settings.seconds, None
+    if seconds is not None:
+        seconds, error = seconds * ROUGH_SHARE / max(times, 1), QUALITIES["draft"]
+    settings = replace(request.settings, quality="draft", error=error, photons=None, seconds=seconds)
+    rough = replace(request, settings=settings, by_light=False)
     faces, objects, before = 0, 0, None
-    for _ in range(times):
+    for left in range(times, 0, -1):
         report = finished_bake(bake_scene(scene, layer, rough), f"{title}, rough", display)
         if len(report.lossy_faces.faces) == 0:
             break
+        if before is None:
+            before, most = report.lossy_faces.whole, most_vertices(report.lossy_faces)
         with blender_silenced():
-            divided, of = divide_faces(report.lossy_faces)
-        faces, objects = faces + divided, max(objects, of)
-        before = report.lossy_faces.whole if before is None else before
+            division = divide_faces(report.lossy_faces, most // left)
+        faces, objects, most = faces + division.faces, max(objects, division.objects), most - division.vertices
     return None if before is None else (faces, objects, before)
 
 

@@ -15,7 +15,7 @@ from ..updates import latest_kept
 from ..updates.kept_bake import KeptBake
 from ..wording import counted, percent
 from ..writing.baked_layers import error_there
-from ..writing.face_division import divide_faces, select_faces
+from ..writing.face_division import divide_faces, most_vertices, select_faces
 from ..writing.live_colours import LiveColours
 from . import session
 from .forecasts import forecast_of, remember
@@ -266,7 +266,7 @@ class _OnWrongFaces:
 
 
 class DETP_OT_select_faces(_OnWrongFaces, bpy.types.Operator):
-    """Select the faces that show more than a quarter of their light wrong between their vertices"""
+    """Select the faces that the report names: those that show most of their light wrong between their vertices"""
 
     bl_idname = "detp.select_faces"
     bl_label = "Select Faces"
@@ -288,9 +288,11 @@ class DETP_OT_divide_faces(_OnWrongFaces, bpy.types.Operator):
 
     def execute(self, _context):
         """The faces get other numbers, so the bake is forgotten."""
-        faces, objects = divide_faces(session.latest().outcome.report.lossy_faces)
+        lossy = session.latest().outcome.report.lossy_faces
+        done = divide_faces(lossy, most_vertices(lossy))
         session.forget()
-        self.report({"INFO"}, f"Divided {counted(faces, 'face')} of {counted(objects, 'object')}: bake again.")
+        faces, objects = counted(done.faces, "face"), counted(done.objects, "object")
+        self.report({"INFO"}, f"Divided {faces} of {objects}: bake again.")
         return {"FINISHED"}
 
 

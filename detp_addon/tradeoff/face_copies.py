@@ -95,7 +95,9 @@ def centred(scene, faces: dict[str, CopiedFaces]) -> tuple[dict[str, CopiedFaces
     """Move a ``scene`` that is far away to the origin; returns the ``faces`` there and the radius around them."""
     corners = np.concatenate([part.corners for part in faces.values()])
     lower, upper = corners.min(axis=0), corners.max(axis=0)
-    middle, radius = (lower + upper) / 2, float(np.linalg.norm(upper - lower) / 2)
+    # Matrices of Blender are of single precision: all must move by what they can hold.
+    middle = ((lower + upper) / 2).astype(np.float32).astype(float)
+    radius = float(np.linalg.norm(upper - lower) / 2)
     if np.linalg.norm(middle) <= FAR * radius:
         return faces, radius
     back = Matrix.Translation(-middle)

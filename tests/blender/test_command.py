@@ -3,6 +3,7 @@
 import errno
 import json
 import os
+import re
 
 import bpy
 import numpy as np
@@ -11,6 +12,7 @@ from detp.core.errors import SceneBusyError
 from detp.detp_addon.command import bake_file
 from detp.detp_addon.command.command import main
 from detp.detp_addon.preview import render_preview as preview
+from detp.detp_addon.writing.face_division import LEAST_MORE
 from PIL import Image
 from small_scenes import colours, cube, grid, lamp, opened, painted, saved
 
@@ -78,6 +80,28 @@ def test_a_bake_aims_at_an_error_or_ends_in_time(scene, tmp_path):
     assert main(["bake", str(scene), "--time", "1.5s", "--report", str(report), "--quiet"]) == 0
     (entry,) = json.loads(report.read_text())
     assert 0.5 < entry["seconds"]["total"] < 3
+
+
+@pytest.mark.parametrize("time", [[], ["--time", "3s"]], ids=["to its error", "in a time"])
+def test_faces_of_the_output_are_divided_where_light_changes(scene, tmp_path, time, monkeypatch):
+    asked, real = [], bake_file.bake_scene
+    monkeypatch.setattr(bake_file, "bake_scene", lambda *args: asked.append(args[2].settings) or real(*args))
+    direct = ["--indirect", "off", "--error", "5%", "--quiet"]
+    assert main(["bake", str(scene), *direct, "--subdivide", "2", *time, "--report", str(tmp_path / "a.json")]) == 0
+    opened(tmp_path / "scene_baked.blend")
+    meshes = [bpy.data.objects[name].data for name in ("Floor", "Box")]
+    assert 24 < sum(len(mesh.vertices) for mesh in meshes) <= 24 + LEAST_MORE
+    assert all(len(mesh.attributes["irradiance"].data) == len(mesh.loops) for mesh in meshes)
+    (note,) = [
+        warning
+        for warning in json.loads((tmp_path / "a.json").read_text())[0]["warnings"]
+        if warning.startswith("Divided")
+    ]
+    after, before = (float(share) for share in re.findall(r"([0-9.]+) %", note))
+    assert after < before
+    # The rough bakes have half of the time, and then end as drafts do.
+    assert [each.target_error for each in asked] == [0.08, 0.08, 0.05]
+    assert [each.seconds for each in asked] == ([0.75, 0.75, 3.0] if time else [None] * 3)
 
 
 def test_quantities_are_the_same_light_in_other_units(scene, tmp_path):

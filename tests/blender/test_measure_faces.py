@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from cycles_places import clearance, light_at
 from cycles_reference import at_standpoints
+from detp.detp_addon.tradeoff.face_copies import centred, render_faces
 from face_places import drawn_places, given_places
 from measure_faces import figures
 from shown_faces import shown_faces
@@ -45,6 +46,19 @@ def test_a_reference_at_standpoints_belongs_to_the_corners():
     assert len(np.unique(corners[there], axis=0)) == 10
     squared = (corners[there] ** 2).sum(axis=1) + 4
     assert found[there] == pytest.approx(100 / (4 * np.pi**2) * 2 / squared**1.5, rel=1e-3)
+
+
+def test_what_is_far_away_comes_near_with_the_places_on_it():
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    floor = grid("Floor", (84_937.25, 447_633.1875, 0.7), size=10)
+    floor.data.vertices[-1].co.y += 0.3  # so that their middle is no number of single precision
+    bpy.context.view_layer.update()
+    scene = bpy.context.scene
+    faces = render_faces(scene, bpy.context.view_layer, ["Floor"])
+    near, _ = centred(scene, faces)
+    again = render_faces(scene, bpy.context.view_layer, ["Floor"])["Floor"]
+    assert np.abs(again.corners).max() < 10
+    assert again.corners == pytest.approx(near["Floor"].corners, abs=1e-6)
 
 
 @pytest.mark.parametrize("domain", ["POINT", "CORNER"])

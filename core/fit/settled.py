@@ -24,10 +24,11 @@ class Settled:
     edges: np.ndarray
     bend: np.ndarray
 
-    def among(self, placed: np.ndarray, seams: np.ndarray, edges: np.ndarray, count: int, same: np.ndarray) -> Settled:
+    def among(self, placed, seams, edges, count: int, same: np.ndarray, changed: np.ndarray) -> Settled:
         """The same for ``count`` values, places, seams and edges of other faces, NaN where nothing is known.
 
-        Places whose faces show values as here are the same ones; else those are that ``same`` (K,) gives, or -1.
+        Places whose faces show values as here are the same ones; else those are that ``same`` (K,) gives, or -1. Where
+        the light of places has ``changed`` (K,), it is unknown how values bend and differ.
         """
         if count == len(self.value) and np.array_equal(placed, self.placed):
             was = np.arange(count)
@@ -35,8 +36,14 @@ class Settled:
             was, rows = np.full(count, -1), np.flatnonzero(same >= 0)
             was[placed[rows]] = self.placed[same[rows]]
         value = np.append(self.value, np.full((1, 3), np.nan), axis=0)[was]
-        held = self._looked_up(self.seams, self.held, was[seams])
-        return Settled(value, placed, seams, held, edges, self._looked_up(self.edges, self.bend, was[edges]))
+        fresh = np.zeros(count, bool)
+        fresh[placed[changed]] = True
+        held, bend = (
+            self._looked_up(self.seams, self.held, was[seams]),
+            self._looked_up(self.edges, self.bend, was[edges]),
+        )
+        held, bend = (np.where(fresh[ends].any(axis=1), np.nan, each) for ends, each in ((seams, held), (edges, bend)))
+        return Settled(value, placed, seams, held, edges, bend)
 
     def _looked_up(self, pairs: np.ndarray, given: np.ndarray, wanted: np.ndarray) -> np.ndarray:
         """What is ``given`` (Q,) for ``pairs`` (Q, 2) of values at those ``wanted`` (W, 2), NaN where nothing is."""

@@ -58,8 +58,8 @@ CERTAIN = 2.0
 UNSEEN = 1e-3
 
 #: Times that weights are found anew before it is known how much values differ, and after; and steps of conjugate
-#: gradients each time, and for errors; and times that they are where a fit begins with what another one settled at.
-ROUGHLY, FINALLY, STEPS, STEPS_FOR_ERRORS, ONCE_MORE = 3, 3, 8, 10, 2
+#: gradients each time, and for errors. A fit that begins where another one settled needs once, as far as light changed.
+ROUGHLY, FINALLY, STEPS, STEPS_FOR_ERRORS, ONCE = 3, 3, 8, 10, 1
 
 #: What the fit leaves of errors is found out again when they have fallen to this share.
 AGAIN = 0.75
@@ -152,17 +152,20 @@ class VertexFit:
         value = np.clip(np.median(light.value[lit], axis=0) if lit.any() else 0.0, low, high)
         bend, held = BEND, np.zeros(len(self._seams))
         weights, level = area / (found + usual) ** 2, np.full(self.count, usual)
+        turns, kept = ROUGHLY, (np.full(len(self._bends), np.nan), np.full(len(held), np.nan))
         if start is not None:
-            value, level, bend, held = self._begun(start, light.value, weights, (low, high), usual)
+            value, kept = np.clip(self._begun(start, light.value, weights), low, high), (start.bend, start.held)
+            level, turns = np.abs(value).sum(axis=1), ONCE if any(np.isnan(each).any() for each in kept) else 0
             weights = area * _weights(np.abs(self.shown(value)).sum(axis=1), found, errors.sum(axis=1), usual)
-        for turn in range(0 if start is None else ROUGHLY + FINALLY - ONCE_MORE, ROUGHLY + FINALLY):
+            bend, held = (np.where(np.isnan(each), other, each) for each, other in zip(kept, (bend, held), strict=True))
+        for turn in range(turns + FINALLY):
             equations = self._equations(weights, self._smooth(noise, bend, level, usual), held, level, usual)
             value = equations.solved(self._sums(weights[:, None] * light.value), value, STEPS)
             value = np.clip(value, low, high)
             level = np.abs(value).sum(axis=1)
-            if turn + 1 == ROUGHLY:
-                bend = self._bent(level, self._spread(equations, weights, errors), usual)
-                held = self._held(level, usual)
+            if turn + 1 == turns:
+                found_out = self._bent(level, self._spread(equations, weights, errors), usual), self._held(level, usual)
+                bend, held = (np.where(np.isnan(each), new, each) for each, new in zip(kept, found_out, strict=True))
             weights = area * _weights(np.abs(self.shown(value)).sum(axis=1), found, errors.sum(axis=1), usual)
         value[np.abs(value) < ROUNDING * usual] = 0.0
         share = value
@@ -173,19 +176,15 @@ class VertexFit:
         settled = Settled(value, self._values, self._beside, held, self._bends.values[:, :2], bend)
         return Fitted(value, partial(self._errors, equations, weights, errors), share, known, settled)
 
-    def among(self, settled: Settled, same: np.ndarray) -> Settled:
+    def among(self, settled: Settled, same: np.ndarray, changed: np.ndarray) -> Settled:
         """What ``settled`` on other faces, on these: see :meth:`.Settled.among`."""
-        return settled.among(self._values, self._beside, self._bends.values[:, :2], self.count, same)
+        return settled.among(self._values, self._beside, self._bends.values[:, :2], self.count, same, changed)
 
-    def _begun(self, start: Settled, light, weights, limits, usual: float) -> tuple[np.ndarray, ...]:
-        """The value (U, 3), its level (U,), bends (H,) and seams (P,) with which a fit begins at a ``start``; where
-        that knows nothing, the mean of the ``light`` (K, 3), and what is assumed at first."""
+    def _begun(self, start: Settled, light: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        """The values (U, 3) of a ``start``, and where it knows none, means of the ``light`` (K, 3)."""
         mean, whole = self._sums(weights[:, None] * light), self._sums(weights[:, None])
         mean = np.divide(mean, whole, out=np.zeros_like(mean), where=whole > 0)
-        value = np.clip(np.where(np.isnan(start.value), mean, start.value), *limits)
-        level = np.abs(value).sum(axis=1)
-        held = np.where(np.isnan(start.held), self._held(level, usual), start.held)
-        return value, level, np.where(np.isnan(start.bend), BEND, start.bend), held
+        return np.where(np.isnan(start.value), mean, start.value)
 
     def _counted(self, value: np.ndarray, open: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
         """The area (K,) for which each place counts, the light (K,) that was found there, and what is usual."""

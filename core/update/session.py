@@ -340,7 +340,11 @@ class _Update:
         seen, settled = lights[0] + lights[1], first.settled
         hidden = hidden_points(np.zeros(len(anew), bool), stood.pop("enclosed"), seen.value)
         if self._fit is not None:
-            shown = ShownErrors(self._fit, None if settled is None else self._fit.among(settled, self._same))
+            if settled is not None:
+                beyond = np.zeros(len(anew), bool)
+                beyond[~anew] = np.abs(more[2].value).sum(axis=1) > seen.standard_error[~anew].sum(axis=1)
+                settled = self._fit.among(settled, self._same, anew | beyond)
+            shown = ShownErrors(self._fit, settled)
             seen = shown.seen(seen, np.where(hidden, 0.0, stood["open"]), lights[2])
             settled = shown.settled
         seconds = self._stopwatch.seconds

@@ -16,7 +16,7 @@ from .discs import TangentDiscs
 from .estimator.enclosure import hidden_points
 from .estimator.standpoints import Standpoints, plain_standpoints, standpoints
 from .estimator.visible_area import VisibleDiscs, placing, whole_discs
-from .fit.vertex_fit import VertexFit
+from .fit.vertex_fit import ShownErrors, VertexFit
 from .gather.record_light import RecordLight
 from .gather.records import WIDTH, Records, scouted
 from .gatherers.choose import make_gatherer
@@ -83,7 +83,8 @@ class Baking:
     ):
         if settings.radius is not None:
             check_radius(settings.radius, scene)
-        self._scene, self._points, self._settings, self._fit = scene, points, settings, fit
+        self._scene, self._points, self._settings = scene, points, settings
+        self.shown = None if fit is None else ShownErrors(fit)
         self._crew, self._journal = crew, journal
         self._start = time.perf_counter()
         self._stopwatch = Stopwatch("radius", "place", "shadow", "trace", "gather")
@@ -270,8 +271,8 @@ class Baking:
             mended = self._by_rays + reflected, at_points + spread
         light = direct + indirect
         hidden, seen = self._hidden(light), light
-        if self._fit is not None:
-            seen = self._fit.seen(light, np.where(hidden, 0.0, self.places.open), mended[0])
+        if self.shown is not None:
+            seen = self.shown.seen(light, np.where(hidden, 0.0, self.places.open), mended[0])
         if self._doubtful is None and light.value.any() and np.isfinite(seen.standard_error).all():
             # Once for all: what has become sure counts as reached, and what single rays lit since then does not count.
             self._doubtful = seen.doubtful

@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from .fit.settled import Settled
 from .irradiance import Irradiance
 
 
@@ -39,6 +40,7 @@ class BakeResult:
     shadow_rays    how many were cast
     seconds       wall time by stage: radius, place (the discs), shadow (rays), trace, gather
     emitted_flux  (3,) W from all lights; ``cut_flux`` (3,) W that the bounce limit cut off
+    settled       where a fit of the values may begin, if any has settled on nearly this light
     """
 
     direct: Irradiance
@@ -57,6 +59,7 @@ class BakeResult:
     seconds: dict[str, float]
     emitted_flux: np.ndarray
     cut_flux: np.ndarray
+    settled: Settled | None = None
 
     @cached_property
     def light(self) -> Irradiance:
@@ -96,6 +99,7 @@ class BakeResult:
             doubtful=self.doubtful | other.doubtful,
             hidden=self.hidden & other.hidden,
             radius=max(self.radius, other.radius),
+            settled=None,
             seconds={stage: seconds + other.seconds[stage] for stage, seconds in self.seconds.items()},
             **{name: getattr(self, name) + getattr(other, name) for name in sums},
         )

@@ -8,13 +8,16 @@ is too much. Weights follow from the solution before (iteratively reweighted lea
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property, partial
 
 import numpy as np
 
 from ..irradiance import DARK_SHARE, Irradiance
 from .bends import Bends
 from .equations import Matrix, Neighbours, added
+from .settled import Settled
 from .shown_faces import FacePlaces, ShownFaces
 
 #: Across an edge values bend by about this share of the light, as long as nothing is known of them, and then by as much
@@ -55,8 +58,8 @@ CERTAIN = 2.0
 UNSEEN = 1e-3
 
 #: Times that weights are found anew before it is known how much values differ, and after; and steps of conjugate
-#: gradients each time, and for errors.
-ROUGHLY, FINALLY, STEPS, STEPS_FOR_ERRORS = 3, 3, 8, 10
+#: gradients each time, and for errors. A fit that begins where another one settled needs once, as far as light changed.
+ROUGHLY, FINALLY, STEPS, STEPS_FOR_ERRORS, ONCE = 3, 3, 8, 10, 1
 
 #: What the fit leaves of errors is found out again when they have fallen to this share.
 AGAIN = 0.75
@@ -75,14 +78,23 @@ NOISES = 4
 class Fitted:
     """Values (U) fitted to light.
 
-    light   with the errors that noise leaves
-    part    (U, 3) W/m^2, of the part of the light that was asked for
-    known   (U,) whether light was found on any face that shows the value
+    value    (U, 3) W/m^2
+    errors   finds the standard errors (U, 3) that noise leaves of them
+    part     (U, 3) W/m^2, of the part of the light that was asked for
+    known    (U,) whether light was found on any face that shows the value
+    settled  from where another fit may begin
     """
 
-    light: Irradiance
+    value: np.ndarray
+    errors: Callable[[], np.ndarray]
     part: np.ndarray
     known: np.ndarray
+    settled: Settled
+
+    @cached_property
+    def light(self) -> Irradiance:
+        """The values with their errors."""
+        return Irradiance(self.value, self.errors())
 
 
 @dataclass(frozen=True)
@@ -115,8 +127,6 @@ class VertexFit:
         pairs = np.maximum(np.bincount(self._beside.ravel(), minlength=faces.count), 1)
         share = (faces.around / pairs)[self._beside].min(axis=1, initial=np.inf)
         self._seams = share * SEAM**2 / (turns**2 + LEAST_ANGLE**2)
-        # The share of places' errors by chance that is left where it is shown, and their sum when that was found out.
-        self._left, self._sized = np.ones((len(places.area), 1)), np.inf
         # m^2 that a place stands for on each triangle, or would if it had one.
         self._place_area = np.minimum(faces.areas, faces.areas / np.maximum(places.expected, 1e-300))
 
@@ -125,9 +135,12 @@ class VertexFit:
         """How many values there are."""
         return self._faces.count
 
-    def fitted(self, light: Irradiance, open: np.ndarray, part: Irradiance | None = None) -> Fitted:
+    def fitted(
+        self, light: Irradiance, open: np.ndarray, part: Irradiance | None = None, start: Settled | None = None
+    ) -> Fitted:
         """The values for the ``light`` at the places, each as far as it is ``open`` (K,), 0..1, and for ``part`` of it.
 
+        ``start`` is where a fit of nearly the same light settled, among these faces.
         Standard errors say what noise of the places, independent of each other's, does to them.
         """
         area, found, usual = self._counted(light.value, open)
@@ -139,42 +152,39 @@ class VertexFit:
         value = np.clip(np.median(light.value[lit], axis=0) if lit.any() else 0.0, low, high)
         bend, held = BEND, np.zeros(len(self._seams))
         weights, level = area / (found + usual) ** 2, np.full(self.count, usual)
-        for turn in range(ROUGHLY + FINALLY):
+        turns, kept = ROUGHLY, (np.full(len(self._bends), np.nan), np.full(len(held), np.nan))
+        if start is not None:
+            value, kept = np.clip(self._begun(start, light.value, weights), low, high), (start.bend, start.held)
+            level, turns = np.abs(value).sum(axis=1), ONCE if any(np.isnan(each).any() for each in kept) else 0
+            weights = area * _weights(np.abs(self.shown(value)).sum(axis=1), found, errors.sum(axis=1), usual)
+            bend, held = (np.where(np.isnan(each), other, each) for each, other in zip(kept, (bend, held), strict=True))
+        for turn in range(turns + FINALLY):
             equations = self._equations(weights, self._smooth(noise, bend, level, usual), held, level, usual)
             value = equations.solved(self._sums(weights[:, None] * light.value), value, STEPS)
             value = np.clip(value, low, high)
             level = np.abs(value).sum(axis=1)
-            if turn + 1 == ROUGHLY:
-                bend = self._bent(level, self._spread(equations, weights, errors), usual)
-                held = self._held(level, usual)
+            if turn + 1 == turns:
+                found_out = self._bent(level, self._spread(equations, weights, errors), usual), self._held(level, usual)
+                bend, held = (np.where(np.isnan(each), new, each) for each, new in zip(kept, found_out, strict=True))
             weights = area * _weights(np.abs(self.shown(value)).sum(axis=1), found, errors.sum(axis=1), usual)
         value[np.abs(value) < ROUNDING * usual] = 0.0
-        spread = np.sqrt((self._spread(equations, weights, errors) ** 2).mean(axis=1))
-        channels = self._sums(weights[:, None] * errors)
-        spread = spread[:, None] * channels / np.maximum(channels.sum(axis=1, keepdims=True), 1e-300)
         share = value
         if part is not None:
             share = equations.solved(self._sums(weights[:, None] * part.value), 0.5 * value, STEPS_FOR_ERRORS)
             share = np.clip(share, np.minimum(value, 0.0), np.maximum(value, 0.0))
         known = self._sums((area > 0).astype(float)[:, None])[:, 0] > 0
-        return Fitted(Irradiance(value, spread), share, known)
+        settled = Settled(value, self._values, self._beside, held, self._bends.values[:, :2], bend)
+        return Fitted(value, partial(self._errors, equations, weights, errors), share, known, settled)
 
-    def seen(self, light: Irradiance, open: np.ndarray, chance: Irradiance) -> Irradiance:
-        """The ``light`` at the places with the errors (K, 3) of what is shown there.
+    def among(self, settled: Settled, same: np.ndarray, changed: np.ndarray) -> Settled:
+        """What ``settled`` on other faces, on these: see :meth:`.Settled.among`."""
+        return settled.among(self._values, self._beside, self._bends.values[:, :2], self.count, same, changed)
 
-        Errors by ``chance``, which are independent of each other's, the fit takes down; others stay.
-        """
-        own = chance.standard_error
-        if not np.isfinite(light.standard_error).all():
-            return light
-        size = float(own.sum())
-        if size < AGAIN * self._sized:
-            left = self.shown(self.fitted(Irradiance(light.value, own), open).light.standard_error).sum(axis=1)
-            whole = own.sum(axis=1)
-            self._left = np.divide(left, whole, out=np.ones(len(left)), where=whole > 0)[:, None]
-            self._sized = size
-        squared = np.maximum(light.standard_error**2 - own**2, 0.0) + (self._left * own) ** 2
-        return Irradiance(light.value, np.sqrt(squared))
+    def _begun(self, start: Settled, light: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        """The values (U, 3) of a ``start``, and where it knows none, means of the ``light`` (K, 3)."""
+        mean, whole = self._sums(weights[:, None] * light), self._sums(weights[:, None])
+        mean = np.divide(mean, whole, out=np.zeros_like(mean), where=whole > 0)
+        return np.where(np.isnan(start.value), mean, start.value)
 
     def _counted(self, value: np.ndarray, open: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
         """The area (K,) for which each place counts, the light (K,) that was found there, and what is usual."""
@@ -213,6 +223,12 @@ class VertexFit:
         signs = np.random.default_rng(0).choice([-1.0, 1.0], (len(weights), NOISES))
         right = self._sums((weights * errors.sum(axis=1))[:, None] * signs)
         return equations.solved(right, np.zeros_like(right), STEPS_FOR_ERRORS)
+
+    def _errors(self, equations: Matrix, weights: np.ndarray, errors: np.ndarray) -> np.ndarray:
+        """Standard errors (U, 3) of the values by those ``errors`` (K, 3) of the places."""
+        spread = np.sqrt((self._spread(equations, weights, errors) ** 2).mean(axis=1, keepdims=True))
+        channels = self._sums(weights[:, None] * errors)
+        return spread * channels / np.maximum(channels.sum(axis=1, keepdims=True), 1e-300)
 
     def _bent(self, level: np.ndarray, spread: np.ndarray, usual: float) -> np.ndarray:
         """By what share (H,) of the light values bend across each edge and around it, beyond noise."""
@@ -297,3 +313,32 @@ def _weights(shown: np.ndarray, found: np.ndarray, errors: np.ndarray, usual: fl
     lacks = np.divide(found - shown, found, out=np.zeros_like(found), where=found > 0)
     more = 1.0 + LACKING * np.clip(4.0 * lacks - 1.0, 0.0, 1.0)
     return more * LINEAR / (np.maximum(off, LINEAR) * scale**2)
+
+
+class ShownErrors:
+    """What the ``fit`` leaves in one bake of errors at its places; it may have a ``start``.
+
+    Attribute ``settled``: where the fit did, ``start`` as long as it has not.
+    """
+
+    def __init__(self, fit: VertexFit, start: Settled | None = None):
+        self._fit, self._start, self.settled = fit, start, start
+        # The share of errors by chance that is left where it is shown, and their sum when that was found out.
+        self._left, self._sized = 1.0, np.inf
+
+    def seen(self, light: Irradiance, open: np.ndarray, chance: Irradiance) -> Irradiance:
+        """The ``light`` at the places with the errors (K, 3) of what is shown there.
+
+        Errors by ``chance``, which are independent of each other's, the fit takes down; others stay.
+        """
+        own = chance.standard_error
+        if not np.isfinite(light.standard_error).all():
+            return light
+        size = float(own.sum())
+        if size < AGAIN * self._sized:
+            fitted = self._fit.fitted(Irradiance(light.value, own), open, start=self._start)
+            left, whole = self._fit.shown(fitted.light.standard_error).sum(axis=1), own.sum(axis=1)
+            self._left = np.divide(left, whole, out=np.ones(len(left)), where=whole > 0)[:, None]
+            self._sized, self.settled = size, fitted.settled
+        squared = np.maximum(light.standard_error**2 - own**2, 0.0) + (self._left * own) ** 2
+        return Irradiance(light.value, np.sqrt(squared))

@@ -18,6 +18,7 @@ from ..discs import TangentDiscs
 from ..estimator.estimate import IrradianceEstimate
 from ..estimator.standpoints import Standpoints
 from ..estimator.visible_area import VisibleArea, VisibleDiscs
+from ..fit.settled import Settled
 from ..gather.records import Landings, RecordFinder
 from ..gather.reflected_light import ReflectedLight
 from ..gatherers.disc_index import DiscIndex
@@ -107,6 +108,7 @@ class FirstBake:
     by_rays        all light, with the errors by rays alone
     common_rounds  of rays, which all points cast, and ``most_rounds``, which those that are hardest to light did
     ray_count      how many rays each point casts in a round, and how many all points cast in all rounds
+    settled        where the fit of its values did, None without any
     """
 
     scene: Scene
@@ -122,6 +124,7 @@ class FirstBake:
     most_rounds: int
     ray_count: tuple[float, int]
     result: BakeResult
+    settled: Settled | None
 
     @classmethod
     def of(
@@ -139,6 +142,7 @@ class FirstBake:
             scene, points, settings, work.places, LearntLamps.of(rays.nearby_lamps, rays.group, work.shining), kept,
             work.tracing, paths, rays.irradiance + rays.reflected,
             work.common_rounds, rays.done, (rays.rays_per_round / len(points), rays.rays), result,
+            None if work.shown is None else work.shown.settled,
         )  # fmt: skip
         vars(found).update(shining=work.shining, caster=work.caster, reflected=light.reflected)
         return found
@@ -179,5 +183,5 @@ class FirstBake:
 KINDS = (
     AreaLight, BakeResult, BakeSettings, Bounds, EnvironmentWorld, FirstBake, FirstRecords, Irradiance,
     IrradianceEstimate, Landings, LearntLamps, PhotonPaths, PhotonSearch, PointLight, Points, RecordFinder, Scene,
-    Segments, SpotLight, Standpoints, SunLight, TangentDiscs, UniformWorld, VisibleArea, VisibleDiscs,
+    Segments, Settled, SpotLight, Standpoints, SunLight, TangentDiscs, UniformWorld, VisibleArea, VisibleDiscs,
 )  # fmt: skip

@@ -17,7 +17,7 @@ from ..direct.stands import Stands
 from ..errors import InvalidSettingError, NotUpdatableError
 from ..estimator.enclosure import hidden_points
 from ..estimator.standpoints import Standpoints, standpoints
-from ..fit.vertex_fit import VertexFit
+from ..fit.vertex_fit import ShownErrors, VertexFit
 from ..irradiance import Irradiance
 from ..parallel import ordered_map, slices
 from ..photons.emission import lights_of
@@ -337,13 +337,19 @@ class _Update:
             stood[name][~anew] = old[olds]
             if places is not None:
                 stood[name][anew] = getattr(places, name)
-        seen = light = lights[0] + lights[1]
-        hidden = hidden_points(np.zeros(len(anew), bool), stood.pop("enclosed"), light.value)
+        seen, settled = lights[0] + lights[1], first.settled
+        hidden = hidden_points(np.zeros(len(anew), bool), stood.pop("enclosed"), seen.value)
         if self._fit is not None:
-            seen = self._fit.seen(light, np.where(hidden, 0.0, stood["open"]), lights[2])
+            if settled is not None:
+                beyond = np.zeros(len(anew), bool)
+                beyond[~anew] = np.abs(more[2].value).sum(axis=1) > seen.standard_error[~anew].sum(axis=1)
+                settled = self._fit.among(settled, self._same, anew | beyond)
+            shown = ShownErrors(self._fit, settled)
+            seen = shown.seen(seen, np.where(hidden, 0.0, stood["open"]), lights[2])
+            settled = shown.settled
         seconds = self._stopwatch.seconds
         doubtful = np.where(self._same >= 0, first.result.doubtful.take(self._same), seen.doubtful)
-        light = {"direct": lights[0], "indirect": lights[1], "seen": seen, "doubtful": doubtful}
+        light = {"direct": lights[0], "indirect": lights[1], "seen": seen, "doubtful": doubtful, "settled": settled}
         found = replace(first.result, **light, hidden=hidden, **stood, seconds=seconds)
         return self._in_scale(found)
 
@@ -355,4 +361,6 @@ class _Update:
         for name in ("direct", "indirect", "seen"):
             light = getattr(found, name)
             lights[name] = Irradiance(light.value * scale, light.standard_error * np.abs(scale))
+        if found.settled is not None:
+            lights["settled"] = replace(found.settled, value=found.settled.value * scale)
         return replace(found, **lights, emitted_flux=found.emitted_flux * scale, cut_flux=found.cut_flux * scale)

@@ -165,7 +165,8 @@ def add_how(bake: argparse.ArgumentParser) -> None:
         "--gatherer",
         choices=GATHERERS,
         default=defaults.gatherer,
-        help="all find the same light; hybrid is for what moves, disc-index where nothing does (default: %(default)s)",
+        help="all find the same light; auto and hybrid are disc-index, but where updates place records anew hybrid is "
+        "sphere-cache (default: %(default)s)",
     )
     bake.add_argument(
         "--estimator", choices=ESTIMATORS, default=defaults.estimator,

@@ -90,7 +90,8 @@ class KeptBake:
         return KeptParts(*given, tuple(self._sessions), seeds, bakes)
 
     def _begin(self) -> None:
-        self.updated, self.notes, self.reasons = bool(self._sessions), [], []
+        self._updating = self.updated = bool(self._sessions)
+        self.notes, self.reasons = [], []
 
     def __bool__(self) -> bool:
         """Whether there is something to update."""
@@ -134,6 +135,7 @@ class KeptBake:
             if not (self._sessions and self._whole):
                 raise
             self._sessions.clear()
+            self._updating = False
             gc.collect()
             self._anew("memory ran short, and what was kept is gone")
             check_baking(triangles, points)
@@ -150,6 +152,8 @@ class KeptBake:
                 if not self._whole:
                     raise
                 self._anew(error.reason, group)
+        elif self._updating:
+            self._anew("it was not kept before", group)
         if not self._whole:
             raise NotUpdatableError("there is light that was not baked before")
         self.updated, free = False, free_bytes()

@@ -223,6 +223,18 @@ def test_only_the_light_groups_that_changed_are_baked_anew(scene):
     assert light(attribute="irradiance:Lamp") == pytest.approx(0.5 * first, rel=1e-3)
 
 
+def test_light_groups_that_are_new_are_named(scene):
+    lamp((1, -1, 2), 30.0)
+    bake(by_light=True)
+    lamp((0, -1, 2), 10.0)
+    report = update()
+    assert not report.updated
+    assert [warning for warning in report.warnings if "anew" in warning] == [
+        "The light of 'Lamp.002' was baked anew, since it was not kept before."
+    ]
+    assert update().updated
+
+
 def test_a_mixture_of_light_groups_stays(scene):
     bake(by_light=True)
     scene.detp_mix.lights["Lamp"].strength = 2.0

@@ -186,3 +186,51 @@ def test_values_of_next_to_no_weight_beside_others_leave_those_right(little):
     matrix = Neighbours(np.array([(0, 1), (2, 3)]), 4).matrix(2.0 * weight, -weight[::2])
     found = matrix.solved(weight[:, None] * light, np.ones((4, 3)), 8)
     assert np.isfinite(found).all() and np.allclose(found[:2], light, rtol=1e-5)
+
+
+def begun_and_fresh(faces, before, light, same, changed, error=0.1):
+    """Fits of ``light`` (K,) at places of ``faces`` that begin where ``before`` settled, and from nothing."""
+    places = faces.drawn(0)
+    fit, known = VertexFit(faces, places), np.ones(len(places.area))
+    given = Irradiance(np.tile(light(places.of(faces.corners))[:, None], 3), np.full((len(known), 3), error)), known
+    start = fit.among(before, same, changed)
+    return fit.fitted(*given, start=start), fit.fitted(*given)
+
+
+def spot(middle):
+    """Light with a hard edge around ``middle``, as a shadow has."""
+    return lambda at: 0.5 + 2.0 * (np.linalg.norm(at[:, :2] - (middle, 0.5), axis=1) < 0.2)
+
+
+def test_a_fit_that_begins_where_another_settled_ends_where_one_does_that_begins_with_nothing():
+    faces, _ = plane(24)
+    before = fitted(faces, spot(0.35)).settled
+    at = faces.drawn(0).of(faces.corners)
+    same, changed = np.arange(len(at)), spot(0.35)(at) != spot(0.5)(at)
+    begun, fresh = begun_and_fresh(faces, before, spot(0.5), same, changed)
+    moved = np.abs(fresh.value - before.value)
+    assert moved.max() > 1.0
+    assert np.abs(begun.value - fresh.value).mean() < 0.02 * moved.mean()
+    # Two standard errors of a place.
+    assert np.abs(begun.value - fresh.value).max() < 0.2
+    told, fresh_told = (np.sqrt(np.mean(found.light.standard_error**2)) for found in (begun, fresh))
+    assert told == pytest.approx(fresh_told, rel=0.1)
+
+
+def test_a_fit_begins_where_another_settled_also_among_more_faces_and_others():
+    faces, positions = plane(24)
+    left = positions[:, 0] < 0.7
+    some, _ = faces.of_values(left)
+    places = faces.drawn(0)
+    before = fitted(some, spot(0.35)).settled
+    # Of the larger plane's places those are the same that show the same values; the others are new.
+    number = np.where(left, np.cumsum(left) - 1, -1)[faces.values[places.triangle]]
+    first = {tuple(row): place for place, row in reversed(list(enumerate(before.placed)))}
+    same = np.array([first.get(tuple(row), -1) for row in number])
+    changed = places.of(faces.corners)[:, 0] > 0.8
+    start = VertexFit(faces, places).among(before, same, changed)
+    kept = ~np.isnan(start.value).any(axis=1)
+    assert kept.any() and not kept[~left].any()
+    assert np.isnan(start.bend).any() and not np.isnan(start.bend).all()
+    begun, fresh = begun_and_fresh(faces, before, spot(0.35), same, changed)
+    assert np.abs(begun.value - fresh.value).mean() < 0.01

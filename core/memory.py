@@ -6,7 +6,8 @@ import ctypes
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
 
 from .errors import OutOfMemoryError
@@ -24,7 +25,24 @@ SENT_TRIANGLE, SENT_POINT = 150, 100
 #: where Linux keeps the limits of groups of processes, as containers are
 GROUPS = Path("/sys/fs/cgroup")
 
+#: Options of glibc's mallopt, and bytes: freed ones that stay, and from which on memory is apart for each array.
+_TRIM, _MOST_KEPT = -1, 1 << 29
+_MAP, _LARGEST = -3, 1 << 25
+
 _GIGA = 1e9
+
+
+@cache
+def keep_memory() -> None:
+    """Let freed memory stay with this process, which does nothing but bake.
+
+    Else large arrays go back to the system, whose pages must be cleared anew for the next ones: that takes a twentieth
+    of a bake, and half of it in Dask's workers, which give all back at once (MALLOC_TRIM_THRESHOLD_).
+    """
+    with suppress(OSError, AttributeError, TypeError):  # only glibc has it
+        allocator = ctypes.CDLL(None).mallopt
+        for option, size in ((_TRIM, _MOST_KEPT), (_MAP, _LARGEST)):
+            allocator(option, size)
 
 
 def check_reading(triangles: int, of_meshes: int, corners: int, free: int | None = None) -> None:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import ctypes
 import hashlib
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
@@ -19,6 +17,7 @@ from ..estimator.standpoints import Standpoints, plain_standpoints, standpoints
 from ..estimator.visible_area import VisibleDiscs, visible_discs
 from ..gather.records import RecordFinder
 from ..gather.reflected_light import ReflectedLight
+from ..memory import keep_memory
 from ..parallel import alone
 from ..photons.emission import lights_of
 from ..points import Points
@@ -30,25 +29,8 @@ from .packing import packed, unpacked
 #: Bakes of which a worker keeps the scene at most.
 MOST_BENCHES = 2
 
-#: Options of glibc's mallopt, and bytes: freed ones that stay, and from which on memory is apart for each array.
-_TRIM, _MOST_KEPT = -1, 1 << 29
-_MAP, _LARGEST = -3, 1 << 25
-
 _benches: OrderedDict[str, Bench] = OrderedDict()
 _lock = threading.Lock()
-
-
-@cache
-def _keep_memory() -> None:
-    """Let freed memory stay with this process, as it does in others.
-
-    Dask has its workers give every large array back to the system (MALLOC_TRIM_THRESHOLD_), whose pages must then be
-    cleared anew for the next one: NumPy took twice the time.
-    """
-    with suppress(OSError, AttributeError, TypeError):  # only glibc has it
-        allocator = ctypes.CDLL(None).mallopt
-        for option, size in ((_TRIM, _MOST_KEPT), (_MAP, _LARGEST)):
-            allocator(option, size)
 
 
 @cache
@@ -69,7 +51,7 @@ def worked(task: str, code: str, keys: Sequence[str], piece: np.ndarray, *shared
     """
     if code != code_identity():
         raise ClusterError("A worker has another version of detp than this one: install the same on all.")
-    _keep_memory()
+    keep_memory()
     with alone():
         with _lock:
             if keys[0] not in _benches:

@@ -14,7 +14,7 @@ import bpy
 
 from ...core.errors import DetpError, InvalidSettingError
 from ...core.forecast import forecast
-from ...core.memory import memory_errors_named
+from ...core.memory import keep_memory, memory_errors_named
 from ...core.settings import QUALITIES
 from ..chosen_objects import chosen_objects, likely_points, targets_in
 from ..chosen_views import View, ViewChoice, chosen_views, shared_objects
@@ -60,6 +60,7 @@ def bake_file(job: SceneJob, options: dict, display: Display, drawn: list[dict] 
     InvalidSettingError on options that no file can be baked with.
     """
     begin = time.perf_counter()
+    keep_memory()
     request = bake_request(options)
     views = ViewChoice(options["scene"], options["view_layer"], options["all_scenes"])
     entries: list[dict] = []

@@ -19,8 +19,9 @@ from .photons.photon_light import PHOTONS_PER_GATHER, PhotonLight
 from .settings import BakeSettings
 from .stages import Stopwatch
 
-#: The first steps, so that there is light to look at soon, and the variance is known.
-FIRST_ROUNDS = 4
+#: The first steps, so that there is light to look at soon, and the variance is known: so many rounds, but no fewer rays
+#: of all points, which else may well agree by luck.
+FIRST_ROUNDS, FIRST_RAYS = 4, 1024
 FIRST_PHOTONS = 1 << 15
 
 #: With records, so many photons for each of their cells first, up to so many in all.
@@ -107,7 +108,7 @@ def first_rounds(direct: DirectLight, settings: BakeSettings, start: float) -> i
     if direct.exact:
         return 1
     if settings.seconds is None or settings.indirect_by == "off":
-        return FIRST_ROUNDS
+        return max(FIRST_ROUNDS, -(-FIRST_RAYS // direct.rays_per_round))
     left = _seconds_left(settings, start)
     return int(np.clip(FIRST_SHARE * left / (SLOWEST * RAY * direct.rays_per_round), 2, FIRST_ROUNDS))
 

@@ -38,7 +38,7 @@ class Neighbours:
         total = np.zeros_like(values)
         if len(self._rows):
             for sums, each in zip(total, values, strict=True):
-                sums[self._rows] = np.add.reduceat(factors * each.take(self._others), self._starts)
+                sums[self._rows] = np.add.reduceat(factors * each.take(self._others, mode="wrap"), self._starts)
         return total
 
 

@@ -39,9 +39,10 @@ def test_the_sun_lights_a_card_from_its_front_by_the_cosine_of_its_normal(degree
         assert np.allclose(card(degrees, [sun], others).irradiance, expected, atol=1e-9)
 
 
+@pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("degrees", [0, 45, 70, 90])
-def test_a_leaning_card_sees_the_sky_before_its_face_alone(degrees):
-    result = card(degrees, [UniformWorld((1 / np.pi,) * 3)], error=0.01)
+def test_a_leaning_card_sees_the_sky_before_its_face_alone(degrees, seed):
+    result = card(degrees, [UniformWorld((1 / np.pi,) * 3)], error=0.01, seed=seed)
     expected = (1 + np.cos(np.radians(degrees))) / 2
     # A corner of four walks through the sky in steps of its rays, which are the same at each.
     assert np.allclose(result.irradiance, expected, atol=4 * result.standard_error.max() + 0.01)

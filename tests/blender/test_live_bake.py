@@ -136,8 +136,9 @@ def test_a_stopped_bake_keeps_its_light(live):
 
 def test_an_error_is_reached_and_not_by_far():
     report = finished(steps(BakeSettings(error=0.01), live=False, fit="vertices"))
-    # A part of the error is left to the blur of the discs; points that were lit later count in what is reported alone.
-    assert 0.006 < report.relative_error <= 0.01
+    # A part of the error is left to the blur of the discs; points that were lit later count in what is reported alone;
+    # and steps double the photons.
+    assert 0.003 < report.relative_error <= 0.01
     assert not report.warnings
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import NoReturn
 
@@ -140,7 +140,7 @@ def read_scene(
     wanted = None if targets is None else _bakeable(targets, findings)
     visit = partial(read_instances, wanted=wanted, findings=findings, written=written)
     read = view_as_render(context_scene, view_layer, visit, frame)
-    placed = placed_triangles(read.surfaces, read.placements)
+    placed = _met_once(read, placed_triangles(read.surfaces, read.placements), findings)
     world = _world_light(read, context_scene.frame_current if frame is None else frame, findings)
     scene = _scene(read, placed, world, findings)
     _name_patterns(read, placed, findings)
@@ -218,47 +218,58 @@ def _world_light(read: RenderedObjects, frame: int, findings: Findings) -> list[
 
 def _scene(read: RenderedObjects, placed: PlacedTriangles, world: list[Light], findings: Findings) -> Scene:
     """Everything in world space, without the triangles that have no area there."""
-    optics = read.optics
-    diffuse, shadow = (
-        np.array([getattr(placement, rays) for placement in read.placements], bool)[placed.placement, None]
-        for rays in ("diffuse", "shadow")
-    )
-
-    def seen(name: str, first: int, met: np.ndarray, otherwise: float) -> np.ndarray:
-        """By the views from the ``first`` on: (T, 3), or (2, T, 3) when any triangle's sides differ."""
-        front, back = (np.where(met, optics.seen(name, first + side)[placed.rows], otherwise) for side in (0, 1))
-        return front if np.array_equal(front, back) else np.stack([front, back])
-
     # Nothing reflects or shines that diffuse rays do not meet.
-    albedo, emission = seen("albedo", 0, diffuse, 0.0), seen("emission", 4, diffuse, 0.0)
-    between, straight = seen("transmittance", 0, diffuse, 1.0), seen("transmittance", 2, shadow, 1.0)
+    seen = partial(_seen, read, placed)
+    albedo, emission = seen("albedo", 0), seen("emission", 4)
+    between, straight = seen("transmittance", 0, otherwise=1.0), seen("transmittance", 2, "shadow", 1.0)
     unshaded = None if np.array_equal(between, straight) else straight
     if unshaded is not None and world:
         sentence = "shadow rays to the world: what they pass otherwise than diffuse rays do, the world's light does not"
         findings.left_out(sentence)
-    emission = _counted_once(placed, emission, between, findings)
     _name_flush(placed, any_side(emission), ~any_side(between), findings)
-    spread = seen("spread", 0, diffuse, 0.0)
-    specular, lights = specular_table(read.surfaces, optics.front, read.placements, placed), (*read.lights, *world)
+    spread = seen("spread", 0)
+    specular, lights = specular_table(read.surfaces, read.optics.front, read.placements, placed), (*read.lights, *world)
     return Scene(
         placed.vertices, placed.triangles, albedo, emission, between, lights, specular, unshaded,
         spread if spread.any() else None,
     )  # fmt: skip
 
 
-def _counted_once(placed: PlacedTriangles, emission: np.ndarray, between: np.ndarray, findings: Findings) -> np.ndarray:
-    """The ``emission`` without that of opaque faces that lie on others which shine, to both sides alike."""
+def _seen(
+    read: RenderedObjects,
+    placed: PlacedTriangles,
+    name: str,
+    first: int,
+    rays: str = "diffuse",
+    otherwise: float = 0.0,
+) -> np.ndarray:
+    """What the triangles are by the views from the ``first`` on: (T, 3), or (2, T, 3) when any one's sides differ.
+
+    Those that such ``rays`` do not meet are ``otherwise``.
+    """
+    met = np.array([getattr(placement, rays) for placement in read.placements], bool)[placed.placement, None]
+    front, back = (np.where(met, read.optics.seen(name, first + side)[placed.rows], otherwise) for side in (0, 1))
+    return front if np.array_equal(front, back) else np.stack([front, back])
+
+
+def _met_once(read: RenderedObjects, placed: PlacedTriangles, findings: Findings) -> PlacedTriangles:
+    """The triangles without opaque ones that shine, to both sides alike, and lie on others that do.
+
+    Were they there, rays would meet either by chance, and lamps would be looked for on both.
+    """
+    if not np.any(read.shines):
+        return placed
+    emission, between = _seen(read, placed, "emission", 4), _seen(read, placed, "transmittance", 0, otherwise=1.0)
     even = (emission[0] == emission[-1]).all(axis=-1) if emission.ndim == 3 else True
     shining = np.flatnonzero(any_side(emission) & ~any_side(between) & even)
     share = share_alone(placed.vertices[placed.triangles[shining]]) if len(shining) else np.ones(0)
-    doubled = int((share < 1.0).sum())
-    if not doubled:
-        return emission
-    findings.warn(f"{counted(doubled, 'triangle')} that shine where others do count once: look for doubled faces, or "
-                  f"objects")  # fmt: skip
-    emission = emission.copy()
-    emission[..., shining, :] *= share[:, None]
-    return emission
+    doubled = shining[share < 0.5]
+    if len(doubled) == 0:
+        return placed
+    findings.warn(f"{counted(len(doubled), 'triangle')} that shine where others do count once: look for doubled faces, "
+                  f"or objects")  # fmt: skip
+    kept = np.delete(np.arange(len(placed.triangles)), doubled)
+    return replace(placed, **{name: getattr(placed, name)[kept] for name in ("triangles", "rows", "placement")})
 
 
 def _name_flush(placed: PlacedTriangles, shines: np.ndarray, opaque: np.ndarray, findings: Findings) -> None:

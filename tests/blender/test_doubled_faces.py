@@ -5,6 +5,11 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
+from detp.core.settings import BakeSettings  # noqa: E402
+from detp.core.stages import finished  # noqa: E402
+from detp.detp_addon.job import bake_scene  # noqa: E402
+from detp.detp_addon.request import BakeRequest  # noqa: E402
+from detp.detp_addon.tradeoff.cycles_bake import light_of  # noqa: E402
 from made_scenes import fresh, linked, material, mesh, node, read  # noqa: E402
 
 SQUARE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
@@ -41,6 +46,20 @@ def test_faces_on_faces_shine_once(faces):
     power, words = shone()
     assert power == pytest.approx(2.0)
     assert len(words) == (len(faces) > 1)
+
+
+@pytest.mark.parametrize("above", [FRONT, BACK])
+def test_a_floor_close_below_a_double_has_its_light_once(above):
+    """Most of its light is found by rays by chance, which meet one face or the other."""
+    light = []
+    for faces in ([FRONT], [FRONT, above]):
+        fresh()
+        panel("panel", faces, location=(0, 0, 0.1))
+        floor = linked("floor", mesh(SQUARE, [FRONT], "floor"), (0, 0, 0))
+        request = BakeRequest(BakeSettings(error=0.01), ("floor",), fit="vertices")
+        finished(bake_scene(bpy.context.scene, bpy.context.view_layer, request))
+        light.append(light_of(floor, "irradiance").sum(axis=1))
+    assert np.allclose(light[1], light[0], rtol=0.06)
 
 
 def test_an_object_on_its_double_shines_once_far_from_the_origin():

@@ -54,19 +54,26 @@ def ordered_map(function: Callable[[Task], Result], tasks: Iterable[Task]) -> It
         if len(group) == 1:
             yield function(group[0])
             continue
-        found: dict[int, Result] = {}
-        more, until, turn = enumerate(remaining, len(group)), time.perf_counter() + TOGETHER, threading.Lock()
+        yield from _worked_together(function, group, remaining)
 
-        def work(task: tuple[int, Task] | None, found=found, more=more, until=until, turn=turn) -> None:
-            while task is not None:
-                number, own = task
-                found[number] = function(own)
-                with turn:
-                    task = next(more, None) if time.perf_counter() < until else None
 
-        with ThreadPoolExecutor(workers, initializer=setattr, initargs=(_thread, "works", True)) as pool:
-            list(pool.map(work, enumerate(group)))
-        yield from map(found.pop, range(len(found)))
+def _worked_together(
+    function: Callable[[Task], Result], group: list[Task], remaining: Iterator[Task]
+) -> Iterator[Result]:
+    """What ``function`` makes of a ``group``, a thread for each, and of what these threads take from ``remaining``."""
+    found: dict[int, Result] = {}
+    more, until, turn = enumerate(remaining, len(group)), time.perf_counter() + TOGETHER, threading.Lock()
+
+    def work(task: tuple[int, Task] | None) -> None:
+        while task is not None:
+            number, own = task
+            found[number] = function(own)
+            with turn:
+                task = next(more, None) if time.perf_counter() < until else None
+
+    with ThreadPoolExecutor(len(group), initializer=setattr, initargs=(_thread, "works", True)) as pool:
+        list(pool.map(work, enumerate(group)))
+    return map(found.pop, range(len(found)))
 
 
 def interleaved(streams: Iterable[Iterator[Result]]) -> Iterator[Result]:

@@ -8,11 +8,11 @@ import numpy as np
 
 from ...core.group_sums import group_means
 from ...core.rays import RayCaster
-from ...core.triangles import normals_and_areas
+from ...core.triangles import angles_between, dots, normals_and_areas
 from .estimation_points import CornerPoints
 from .joined_rows import numbered, starts_of
 from .read_meshes import MeshSurface
-from .triangle_geometry import angles_between, determinants, dots, safe_unit
+from .triangle_geometry import determinants, safe_unit
 
 #: how far from its vertex a corner looks around, as a share of the way to the middle of its triangles
 _ASIDE = 0.002

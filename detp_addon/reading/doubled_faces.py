@@ -6,9 +6,9 @@ import numpy as np
 
 from ...core.hashing import mixed
 from ...core.rays import RayCaster
-from ...core.triangles import dots, normals_and_areas
+from ...core.triangles import cross, dots, normals_and_areas
 from .surface_places import PATCHES
-from .triangle_geometry import cross, safe_unit
+from .triangle_geometry import safe_unit
 
 #: positions are the same, and in one plane, within this share of the size of all; of the faces around an edge so many
 #: are compared

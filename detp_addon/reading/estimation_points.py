@@ -7,12 +7,13 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
+from ...core.triangles import dots
 from .joined_rows import batches, numbered, starts_of
 from .nearest_surface import nearest_places
 from .read_attributes import stored_normals
 from .read_meshes import MeshSurface, corner_triangles, corner_vertex_indices, vertex_positions
 from .surface_normals import corner_normals, face_directions
-from .triangle_geometry import dots, normal_matrices, safe_unit, weights_within
+from .triangle_geometry import normal_matrices, safe_unit, weights_within
 
 #: steps into which a normal's components are cut when corners with equal normals are put together
 _STEPS = 1 << 19

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...core.fit.shown_faces import FacePlaces, ShownFaces
-from ...core.triangles import angles_between, normals_and_areas
+from ...core.triangles import angles_between, dots, normals_and_areas
 from .estimation_points import CornerPoints
 from .joined_rows import numbered, starts_of
 from .nearest_surface import nearest_places
@@ -17,7 +17,6 @@ from .surface_normals import face_directions
 from .triangle_geometry import (
     determinants,
     directions_around,
-    dots,
     facing_in_hollows,
     has_area,
     normal_matrices,

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from ...core.photons.specular import fresnel
+from ...core.triangles import cross, dots
 from .response import Response
-from .triangle_geometry import cross, dots
 
 #: a body is a pane when so much of its area faces along one line: light leaves it in the direction in which it came
 _PANE_SHARE = 0.8

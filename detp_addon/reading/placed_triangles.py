@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -43,6 +43,10 @@ class PlacedTriangles:
     rows: np.ndarray
     placement: np.ndarray
     mirrored: np.ndarray
+
+    def taken(self, rows: np.ndarray) -> PlacedTriangles:
+        """Some ``rows`` of the triangles alone."""
+        return replace(self, triangles=self.triangles[rows], rows=self.rows[rows], placement=self.placement[rows])
 
 
 def placed_triangles(surfaces: Sequence[MeshSurface], placements: Sequence[Placement]) -> PlacedTriangles:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import NoReturn
 
@@ -255,21 +255,22 @@ def _seen(
 def _met_once(read: RenderedObjects, placed: PlacedTriangles, findings: Findings) -> PlacedTriangles:
     """The triangles without opaque ones that shine, to both sides alike, and lie on others that do.
 
-    Were they there, rays would meet either by chance, and lamps would be looked for on both.
+    Were they there, rays would meet either by chance, and light would be looked for on both.
     """
-    if not np.any(read.shines):
-        return placed
-    emission, between = _seen(read, placed, "emission", 4), _seen(read, placed, "transmittance", 0, otherwise=1.0)
+    shining = np.array([read.shines[placement.surface] for placement in read.placements], bool)
+    rows = np.flatnonzero(shining[placed.placement])
+    some = placed.taken(rows)
+    emission, between = _seen(read, some, "emission", 4), _seen(read, some, "transmittance", 0, otherwise=1.0)
     even = (emission[0] == emission[-1]).all(axis=-1) if emission.ndim == 3 else True
-    shining = np.flatnonzero(any_side(emission) & ~any_side(between) & even)
-    share = share_alone(placed.vertices[placed.triangles[shining]]) if len(shining) else np.ones(0)
-    doubled = shining[share < 0.5]
+    rows = rows[any_side(emission) & ~any_side(between) & even]
+    if len(rows) == 0:
+        return placed
+    doubled = rows[share_alone(placed.vertices[placed.triangles[rows]]) < 0.5]
     if len(doubled) == 0:
         return placed
     findings.warn(f"{counted(len(doubled), 'triangle')} that shine where others do count once: look for doubled faces, "
                   f"or objects")  # fmt: skip
-    kept = np.delete(np.arange(len(placed.triangles)), doubled)
-    return replace(placed, **{name: getattr(placed, name)[kept] for name in ("triangles", "rows", "placement")})
+    return placed.taken(np.delete(np.arange(len(placed.triangles)), doubled))
 
 
 def _name_flush(placed: PlacedTriangles, shines: np.ndarray, opaque: np.ndarray, findings: Findings) -> None:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from ...core.photons.specular import Specular
+from ...core.triangles import cross, dots
 from .joined_rows import starts_of
 from .placed_triangles import PlacedTriangles, Placement
 from .read_meshes import MeshSurface
 from .response import Response
-from .triangle_geometry import cross, dots, normal_matrices, safe_unit
+from .triangle_geometry import normal_matrices, safe_unit
 
 
 def specular_table(

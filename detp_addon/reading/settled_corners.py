@@ -14,10 +14,11 @@ import numpy as np
 from ...core.group_sums import group_means
 from ...core.scene import Scene
 from ...core.sides import any_side
+from ...core.triangles import dots
 from .corner_neighbourhood import Corners, Neighbourhood
 from .estimation_points import CornerPoints
 from .read_meshes import MeshSurface
-from .triangle_geometry import dots, sides_meant
+from .triangle_geometry import sides_meant
 
 #: Corners that lie behind something are moved in front of it, if less of the way from their faces' middles is hidden.
 MOST_BEHIND = 0.5

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from ...core.group_sums import group_sums
+from ...core.triangles import cross, dots
 from .joined_rows import numbered, starts_of
 from .read_attributes import face_sizes, stored_normals
 from .read_meshes import MeshSurface
-from .triangle_geometry import cross, dots, safe_unit
+from .triangle_geometry import safe_unit
 
 #: cosine below which a corner's normal does not belong to its face
 _ASIDE = 0.01

@@ -29,7 +29,7 @@ from .scene_lights import SceneLights
 from .shadows import Shadows
 from .spots import Spots
 from .stands import Stands
-from .surrounding_light import Look, Reflections
+from .surrounding_light import CONTRASTS, Look, Reflections
 
 if TYPE_CHECKING:
     from ..cluster.crew import Crew
@@ -44,11 +44,11 @@ POINTS_PER_CHUNK, ROUNDS_PER_CHUNK, LEAST_PER_CHUNK = 1 << 11, 4, 1 << 8
 #: Rays by chance from each point in one round once they gather reflected light; a power of two.
 GATHER_RAYS = 16
 
-#: Share of what is usual over all points in what the records' halves are said to differ by at a group's; and the median
-#: of squared normal deviations over their mean.
-SHARED, MEDIAN_OF_SQUARES = 0.5, 0.455
+#: Share of what is usual over all points in what contrasts of photons are said to be at a group's; and the median over
+#: the mean of squares of a normal deviation, and of means of three of them.
+SHARED, MEDIAN_OF_ONE, MEDIAN_OF_THREE = 0.5, 0.455, 0.789
 
-#: Of squared differences of the halves no more is taken out than leaves this share: few rounds tell variances badly.
+#: Of squared contrasts no more is taken out than leaves this share: few rounds tell variances badly.
 LEFT = 0.25
 
 #: After so many rounds it is learnt where light comes from, then whenever they have doubled, and last after so many.
@@ -92,8 +92,8 @@ class DirectLight:
         self._place[self._groups.order] = np.arange(len(points))
         self._exact = np.zeros((3, len(points)))
         self._by_lamps, self._by_surroundings, self._reflected = (LearntSums.of(self._groups) for _ in range(3))
-        # By how much the two halves of the records are off from their mean, RGB sum.
-        self._spread = RoundSums.of(len(points), 1)
+        # By how much what was reflected is off with each contrast of its photons, RGB sum.
+        self._spread = RoundSums.of(len(points), CONTRASTS)
         self._followed: SceneLights | None = None
         self._learnt = False
         self._seen, self._guide = DirectionSums(len(self._groups.start) - 1), None
@@ -154,18 +154,24 @@ class DirectLight:
     def reflected_spread(self, common: float) -> Irradiance:
         """The same with the error that more photons, and more rays after them, would mend.
 
-        The records' halves differ at a point by chance: points of a group, and groups, tell by how much. What they
+        Halves of the photons differ at a point by chance: points of a group, and groups, tell by how much. What they
         differ by since few rays look into few cells is taken out, as more rays mend that. It is no less than what all
-        records have in ``common``, a relative standard error, of which two halves know little.
+        records have in ``common``, a relative standard error, of which a few halves know little.
         """
         light = self._relative_light()
         value = self._reflected.mean(light)
         whole, known = np.abs(value + self._direct(light)).sum(axis=0), self._spread.count > 0
-        (differ,), (by_rays,) = self._spread.mean, self._spread.variance / np.maximum(self._spread.count, 1.0)
         over = np.divide(1.0, whole, out=np.zeros(len(whole)), where=whole > 0)
-        squared, by_rays = np.minimum((differ * over) ** 2, 1.0), np.minimum(by_rays * over**2, 1.0)
+        by_rays = self._spread.variance / np.maximum(self._spread.count, 1.0)
+        squared, by_rays = (np.minimum(part * over**2, 1.0) for part in (self._spread.mean**2, by_rays))
+        # The first contrast has the records' places in it too. As far as the others are as large, all count alike.
+        first, *others = (_without(some.mean(), each.mean()) for some, each in zip(by_rays, squared, strict=True))
+        alike = min(0.5 * sum(others) / first, 1.0) if first > 0 else 1.0
+        parts = 1.0 - alike * 2.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0
+        squared, by_rays = (np.einsum("i,ij->j", parts, each) for each in (squared, by_rays))
         usual = _without(self._groups.means(by_rays), self._groups.means(squared))
-        usual += SHARED * (_without(np.median(by_rays), np.median(squared) / MEDIAN_OF_SQUARES) - usual)
+        median = MEDIAN_OF_ONE + alike * (MEDIAN_OF_THREE - MEDIAN_OF_ONE)
+        usual += SHARED * (_without(np.median(by_rays), np.median(squared) / median) - usual)
         reflected = np.abs(value).sum(axis=0)
         part = np.divide(reflected, whole, out=np.zeros(len(whole)), where=whole > 0)
         usual = np.maximum(usual, (common * part) ** 2)

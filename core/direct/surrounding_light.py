@@ -22,6 +22,9 @@ from .shadows import Shadows
 from .spots import Spots
 from .triangle_choice import TriangleChoice
 
+#: Of reflected light, independent contrasts of the photons that it comes from.
+CONTRASTS = 3
+
 
 class Reflections(Protocol):
     """What surfaces reflect towards rays that meet them by chance."""
@@ -36,7 +39,8 @@ class Reflections(Protocol):
         nearby: NearbyLamps | None,
         generator: np.random.Generator,
     ) -> np.ndarray:
-        """Radiosity (K, 6) W/m^2 of what ``rows`` (K,) of rays met at the K ``hits``, by both halves of the records.
+        """Radiosity (K, 6) W/m^2 of what ``rows`` (K,) of rays met at the K ``hits``: RGB, and by how much that is off
+        with each of some CONTRASTS of photons, RGB sum.
 
         The rays go from ``points`` (R, 3) m along unit ``directions`` (R, 3); rays that are followed on take their
         random numbers from ``generator``, and aim at the lamps ``nearby`` as ``group`` (R,) knows them.
@@ -100,7 +104,7 @@ class SurroundingLight:
     def cast(self, look: Look, rounds: np.ndarray, direct: RoundSums, reflected: RoundSums, spread: RoundSums) -> None:
         """Add to the sums of the K spots of ``look`` what ``rounds`` (K,) rounds of rays from each of them find.
 
-        ``spread`` sums up by how much the reflected light of the records' halves is off from their mean, RGB sum.
+        ``spread`` sums up by how much the reflected light is off with each of the CONTRASTS, RGB sum.
         """
         aimed = [light for light in self._lights if light.aimed]
         for batch in batches(rounds):
@@ -115,9 +119,9 @@ class SurroundingLight:
             if self.lit:
                 direct.add(batch, total + net_means(found, chances))
             if sent is not None:
-                halves = net_means(sent, chances)
-                reflected.add(batch, 0.5 * (halves[:, :3] + halves[:, 3:]))
-                spread.add(batch, 0.5 * (halves[:, :3] - halves[:, 3:]).sum(axis=1, keepdims=True))
+                means = net_means(sent, chances)
+                reflected.add(batch, means[:, :3])
+                spread.add(batch, means[:, 3:])
 
     @property
     def _ratio(self) -> float:
@@ -153,14 +157,14 @@ class SurroundingLight:
 
     def _by_chance(self, look: Look, row: np.ndarray, uniforms) -> tuple[np.ndarray, np.ndarray | None]:
         """What rays of the look's spots ``row`` (R,) bring along the cosine, or where the guide moves them: W/m^2 of
-        the lights (R, 3), and what surfaces reflect, by both halves of the records, (R, 6), or None."""
+        the lights (R, 3), and what surfaces reflect, with its contrasts, (R, 6), or None."""
         spots, factor = look.spots.taken(row), np.ones(len(row))
         if look.guide is not None:
             uniforms, factor = look.guide.warped(spots.group, uniforms)
         directions, cosine = spots.directions(uniforms)
         chance = cosine / np.pi
         found = np.zeros((len(spots), 3))
-        sent = np.zeros((len(spots), 6)) if self.gathers else None
+        sent = np.zeros((len(spots), 3 + CONTRASTS)) if self.gathers else None
         plain, densities = np.zeros(len(spots)), np.zeros(len(spots))
         before = spots.before(directions)
         for rows, density, radiance in self._met(look, row, spots, directions, sent):
@@ -176,7 +180,7 @@ class SurroundingLight:
                     part[~before] = 0.0
         if look.seen is not None:
             if sent is not None:
-                plain += 0.5 * np.einsum("ij->i", sent)
+                plain += np.einsum("ij->i", sent[:, :3])
             place = spots.group * (SIDE * SIDE) + cells(uniforms)
             look.saw(row, place, plain, chance, densities + chance * factor, densities)
         if sent is not None:
@@ -208,11 +212,20 @@ class SurroundingLight:
                     group = spots.group + look.first
                     more = self._reflected.sent(points, directions, rows, hits, group, look.nearby, look.generator)
                     if layer:
-                        sent[rows] += np.tile(share, 2) * more
+                        sent[rows] += in_part(more, share)
                     else:
                         sent += more
             # Reflected light comes the first of these ways alone.
             sent = None
+
+
+def in_part(light: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """Of ``light`` (K, 6), RGB and its contrasts, the ``share`` (K, 3); of contrasts what remains of the RGB sum."""
+    part = light.copy()
+    part[:, :3] *= share
+    before, after = _strength(light[:, :3]), _strength(part[:, :3])
+    part[:, 3:] *= np.divide(after, before, out=np.zeros_like(after), where=before > 0)[:, None]
+    return part
 
 
 def _strength(light: np.ndarray) -> np.ndarray:

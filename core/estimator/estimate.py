@@ -35,6 +35,7 @@ class IrradianceEstimate:
     squares   (N, K, 3) sum of its crossings' squares, W^2
     repeated  (N, 3) what the squares of the sums are more than that, since particles come again, W^2
     single    (N, 3) square that one crossing more would likely bring, W^2
+    contrast  (N, K) sum of X, RGB sum, of the particles whose number has no 2 in it, less that of the others, W
     areas     (N, K) m^2 of the nested discs
     samples   how many particles there are
     common    the sum over particles of what each alone would give all points' mean, W/m^2, RGB sum, and of its square:
@@ -45,6 +46,7 @@ class IrradianceEstimate:
     squares: np.ndarray
     repeated: np.ndarray
     single: np.ndarray
+    contrast: np.ndarray
     areas: np.ndarray
     samples: int
     common: tuple[float, float] = (0.0, 0.0)
@@ -53,7 +55,7 @@ class IrradianceEstimate:
     def empty(cls, areas: np.ndarray) -> IrradianceEstimate:
         """The estimate before the first particle, of discs whose nested ``areas`` (N, K) m^2 are given."""
         rings, whole = (*areas.shape, 3), (len(areas), 3)
-        return cls(np.zeros(rings), np.zeros(rings), np.zeros(whole), np.zeros(whole), areas, 0)
+        return cls(np.zeros(rings), np.zeros(rings), np.zeros(whole), np.zeros(whole), np.zeros(areas.shape), areas, 0)
 
     @property
     def common_error(self) -> float:
@@ -73,35 +75,42 @@ class IrradianceEstimate:
         (as Agresti and Coull 1998 do for proportions). From few particles it is widened as Student's t asks, so that
         twice of it holds 95 % at any number. The blur that is known to be left counts in it.
         """
-        value, noise, blur = self._found
+        value, noise, blur, _ = self._found
         return Irradiance(value, np.hypot(noise, blur))
 
     @property
     def noise(self) -> Irradiance:
         """The same without the blur in the standard error: what goes as one over the root of the particles."""
-        value, noise, _ = self._found
+        value, noise, _, _ = self._found
         return Irradiance(value, noise)
 
+    @property
+    def with_contrast(self) -> np.ndarray:
+        """The irradiance, and what halves of the particles differ by from it, RGB sum: (N, 4) W/m^2."""
+        value, _, _, differ = self._found
+        return np.column_stack([value, differ])
+
     @cached_property
-    def _found(self) -> np.ndarray:
-        """Irradiance, noise and blur, (3, N, 3) W/m^2."""
+    def _found(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Irradiance, noise and blur, (N, 3) W/m^2, and contrast (N,) W/m^2."""
         count = len(self.total)
-        found = np.empty((3, count, 3))
+        found = *np.empty((3, count, 3)), np.empty(count)
         chunks = slices(count, POINTS_PER_CHUNK)
         for rows, some in zip(chunks, ordered_map(self._estimated, chunks), strict=True):
-            found[:, rows] = some
+            for part, values in zip(found, some, strict=True):
+                part[rows] = values
         return found
 
-    def _estimated(self, rows: slice) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _estimated(self, rows: slice) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         samples, areas = max(self.samples, 1), self.areas[rows]
-        flux, squares, once_more = (part[rows] / samples for part in (self.total, self.squares, self.single))
-        value, moment, blur = nested_estimate(flux, squares, once_more, areas, samples)
+        sums = self.total, self.squares, self.single, self.contrast
+        value, moment, blur, differ = nested_estimate(*(part[rows] / samples for part in sums), areas, samples)
         if samples < 2:
-            return value, np.full(value.shape, np.inf), np.zeros(value.shape)
+            return value, np.full(value.shape, np.inf), np.zeros(value.shape), differ
         # Particles that come again do so anywhere on the disc: their products hardly differ from ring to ring.
         moment += self.repeated[rows] / (samples * areas[:, :1] ** 2)
         variance = np.maximum(moment - value**2, 0.0) / (samples - 1)
-        return value, _student(samples - 1) * np.sqrt(variance), np.sqrt(blur)
+        return value, _student(samples - 1) * np.sqrt(variance), np.sqrt(blur), differ
 
     def merged(self, other: IrradianceEstimate) -> IrradianceEstimate:
         """This estimate together with an independent one of the same points.
@@ -113,12 +122,13 @@ class IrradianceEstimate:
         samples = self.samples + other.samples
         single = (self.single * self.samples + other.single * other.samples) / max(samples, 1)
         sums = (getattr(self, name) + getattr(other, name) for name in ("total", "squares", "repeated"))
-        common = tuple(np.add(self.common, other.common))
-        return IrradianceEstimate(*sums, single, self.areas, samples, common)
+        contrast, common = self.contrast + other.contrast, tuple(np.add(self.common, other.common))
+        return IrradianceEstimate(*sums, single, contrast, self.areas, samples, common)
 
     def taken(self, rows: np.ndarray) -> IrradianceEstimate:
         """That of some ``rows`` of points alone."""
-        sums = (getattr(self, name)[rows] for name in ("total", "squares", "repeated", "single", "areas"))
+        names = "total", "squares", "repeated", "single", "contrast", "areas"
+        sums = (getattr(self, name)[rows] for name in names)
         return IrradianceEstimate(*sums, self.samples, self.common)
 
     def exchanged(self, gone: IrradianceEstimate, come: IrradianceEstimate) -> IrradianceEstimate:
@@ -128,12 +138,13 @@ class IrradianceEstimate:
         """
         sums = [getattr(self, name) - getattr(gone, name) + getattr(come, name) for name in ("total", "squares")]
         repeated = self.repeated - gone.repeated + come.repeated
+        contrast = self.contrast - gone.contrast + come.contrast
         common = tuple(np.add(np.subtract(self.common, gone.common), come.common))
         # Differences of what is equal leave rounding, which must not become light or negative squares.
         rounding = _ROUNDING * (self.squares + come.squares)
         sums[1] = np.where(sums[1] > rounding, sums[1], 0.0)
         sums[0] = np.where(sums[1] > 0.0, sums[0], 0.0)
-        return IrradianceEstimate(*sums, repeated, self.single, self.areas, self.samples, common)
+        return IrradianceEstimate(*sums, repeated, self.single, contrast, self.areas, self.samples, common)
 
 
 #: Of sums, the share that differences of them may be off by.
@@ -156,13 +167,15 @@ class Accumulator:
     """Adds the crossings of ``discs`` by one batch of ``particles`` up to an :class:`IrradianceEstimate`.
 
     Only crossings inside the ``visible`` area count, by its K rings. Attributes ``total`` (N, K, 3) W and ``squares``
-    (N, K, 3) W^2: the sums of the segments' flux, as they carry it, and of its square.
+    (N, K, 3) W^2: the sums of the segments' flux, as they carry it, and of its square; ``contrast`` (N, K) W, see
+    :class:`IrradianceEstimate`.
     """
 
     def __init__(self, discs: TangentDiscs, segments: Segments, particles: int, visible: VisibleArea):
         self._discs, self._segments, self._visible, self._particles = discs, segments, visible, particles
         self._areas = visible.nested
         self.total, self.squares = np.zeros((2, *self._areas.shape, 3))
+        self.contrast = np.zeros(self._areas.shape)
         self._repeated = RepeatedCrossings(len(discs), segments)
         self._first = int(segments.particle.min()) if segments.particle is not None and len(segments) else 0
         self._alone = np.zeros(0)
@@ -180,10 +193,18 @@ class Accumulator:
             self.total[:, :, channel] += np.bincount(place, flux, discs * rings).reshape(discs, rings)
             flux *= flux
             self.squares[:, :, channel] += np.bincount(place, flux, discs * rings).reshape(discs, rings)
+        self.contrast += np.bincount(place, self._signed.take(inside.segment), discs * rings).reshape(discs, rings)
         if self._segments.particle is not None:
             self._repeated.add(inside)
             self._add_alone(inside)
         return kept
+
+    @cached_property
+    def _signed(self) -> np.ndarray:
+        """Flux (S,) of the segments, RGB sum, with the sign of their particle's half."""
+        particle = self._segments.particle
+        number = np.arange(len(self._segments)) if particle is None else particle
+        return self._segments.flux.sum(axis=1) * np.where(number & 2, -1.0, 1.0)
 
     def _add_alone(self, crossings: Crossings) -> None:
         """Count what each particle gives all points together."""
@@ -201,8 +222,8 @@ class Accumulator:
         particles = self._particles
         squares = (self.squares, self._repeated.products(), self._single())
         return IrradianceEstimate(
-            self.total * particles, *(part * particles**2 for part in squares), self._areas, particles,
-            self._common(),
+            self.total * particles, *(part * particles**2 for part in squares), self.contrast * particles,
+            self._areas, particles, self._common(),
         )  # fmt: skip
 
     def _common(self) -> tuple[float, float]:

@@ -103,14 +103,15 @@ class RecordLight:
 
     @property
     def found(self) -> dict[str, np.ndarray]:
-        """What has been found: the "direct" and the "indirect" irradiance (2 C, 3) W/m^2 at the records."""
-        dark = np.zeros((2 * len(self.records), 3))
-        direct = dark if self.shadow_rays is None else self.shadow_rays.irradiance.value
-        found = {"direct": direct, "indirect": dark.copy()}
+        """What has been found: the "direct" and the "indirect" irradiance at the records, and what halves of their
+        photons differ by, (2 C, 4) W/m^2."""
+        found = {kind: np.zeros((2 * len(self.records), 4)) for kind in ("direct", "indirect")}
+        if self.shadow_rays is not None:
+            found["direct"][:, :3] = self.shadow_rays.irradiance.value
         cells = len(self.records)
         for search in self.searches:
             rows = slice(search.half * cells, (search.half + 1) * cells)
-            found[search.kind][rows] = search.estimate.irradiance.value
+            found[search.kind][rows] = search.estimate.with_contrast
         return found
 
     def update(self) -> None:
@@ -120,6 +121,6 @@ class RecordLight:
         if self._crew is not None:
             self._crew.know_light(found["direct"], found["indirect"])
         # Emission may be negative, and then sums may be zero or less.
-        whole = max(float(np.abs(found["direct"]).sum() + np.abs(found["indirect"]).sum()), 1e-300)
+        whole = max(float(sum(np.abs(light[:, :3]).sum() for light in found.values())), 1e-300)
         errors = (s.estimate.common_error * np.abs(s.estimate.irradiance.value).sum() / whole for s in self.searches)
         self.common_error = float(np.sqrt(sum(error**2 for error in errors)))

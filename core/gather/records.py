@@ -2,9 +2,9 @@
 
 Each cell in which rays land has two records, at different places in it where there are any. The light of the first
 comes from one half of the photons, that of the second from the other, so that what the halves differ by tells what
-photons, places and shadow rays get wrong at all points that look into the cell. Sources: Christensen, "Faster Photon
-Map Global Illumination", 1999 (irradiance worked out beforehand); Havran, Herzog and Seidel, "Fast Final Gathering via
-Reverse Photon Mapping", 2005 (only where gather rays land).
+photons, places and shadow rays get wrong at all points that look into the cell; reflected_light.py parts the photons
+further. Sources: Christensen, "Faster Photon Map Global Illumination", 1999 (irradiance worked out beforehand); Havran,
+Herzog and Seidel, "Fast Final Gathering via Reverse Photon Mapping", 2005 (only where gather rays land).
 """
 
 from __future__ import annotations

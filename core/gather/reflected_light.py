@@ -9,6 +9,7 @@ import numpy as np
 
 from ..direct.nearby_lamps import NearbyLamps
 from ..direct.shadows import Shadows
+from ..direct.surrounding_light import CONTRASTS, in_part
 from ..group_sums import group_sums
 from ..lights.light import SHADOW_DIMENSIONS, Light, Surroundings, is_lamp, met_among
 from ..rays import Hits, RayCaster
@@ -28,9 +29,12 @@ SURE = 0.5
 class ReflectedLight:
     """Light that the diffuse surfaces of ``scene`` send on, by ``records``; dark until :meth:`know`.
 
-    It is known in two independent halves, see records.py: arrays of six columns have RGB by the first one and by the
-    second. Rays that land where no record tells of the light are followed on: one ray more looks around from there,
-    and shadow rays go to the lights, ``surroundings`` and lamps (secondary gathering, Jensen 2001). At most ``bounces``
+    Arrays of six columns have RGB, and three contrasts: what independent halves of the photons differ by from that, RGB
+    sum. The first is between the two records of a cell, see records.py, which also lie in different places; the other
+    two have photons of both records in each half.
+
+    Rays that land where no record tells of the light are followed on: one ray more looks around from there, and shadow
+    rays go to the lights, ``surroundings`` and lamps (secondary gathering, Jensen 2001). At most ``bounces``
     reflections count. All rays of a look are followed together, landing by landing, and Russian roulette ends those of
     which little would come back (Arvo and Kirk 1990).
     """
@@ -43,24 +47,25 @@ class ReflectedLight:
         self._sides = [_Side.of(1.0, scene.albedo, caster)]
         if scene.translucency is not None:
             self._sides.append(_Side.of(-1.0, scene.translucency, caster))
-        self.know(np.zeros((2 * len(records), 3)), np.zeros((2 * len(records), 3)))
+        self.know(*np.zeros((2, 2 * len(records), 4)))
 
     @property
     def known(self) -> np.ndarray:
         """All irradiance (C + 1, 3) W/m^2 that is looked up, by cells; the last row stands for no cell."""
-        return 0.5 * (self._all[:, :3] + self._all[:, 3:])
+        return self._all[:, :3]
 
     def know(self, direct: np.ndarray, indirect: np.ndarray) -> None:
-        """The records' ``direct`` and ``indirect`` irradiance (2 C, 3) W/m^2 are these from now on."""
-        self._direct, self._all = _by_halves(direct), _by_halves(direct + indirect)
+        """The records' ``direct`` and ``indirect`` irradiance are these from now on, and what halves of their photons
+        differ by, (2 C, 4) W/m^2."""
+        self._direct, self._all = by_cells(direct), by_cells(direct + indirect)
 
     def sent(self, points, directions, rows, hits: Hits, group, nearby: NearbyLamps | None, generator) -> np.ndarray:
         """Radiosity (K, 6) W/m^2 of what ``rows`` (K,) of rays met at the K ``hits``, see :class:`.Reflections`."""
-        found = np.zeros((len(rows), 6))
+        found = np.zeros((len(rows), 3 + CONTRASTS))
         for side in self._sides:
             met, share, landings = self._landings(side, points, directions, rows, hits)
             cell = self._records.find(landings, landings.lengths)
-            sent = self._known(1).take(cell, axis=0) * np.tile(share, 2)
+            sent = in_part(self._known(1).take(cell, axis=0), share)
             left = np.flatnonzero(cell < 0)
             ways = Ways(left, share.take(left, axis=0), landings.lengths.take(left), landings.taken(left))
             sent += self._followed(ways, group.take(rows.take(met)), nearby, generator)
@@ -93,7 +98,7 @@ class ReflectedLight:
 
     def _followed(self, ways: Ways, group: np.ndarray, nearby: NearbyLamps | None, generator) -> np.ndarray:
         """What comes back (K, 6) of K rays, from ``group`` (K,), that are followed along ``ways``."""
-        owners, found = [np.empty(0, np.int64)], [np.empty((0, 6))]
+        owners, found = [np.empty(0, np.int64)], [np.empty((0, 3 + CONTRASTS))]
         last = min(self._bounces, MOST_FOLLOWED)
         for reflections in range(1, last + 1):
             ways = ways.thinned(generator)
@@ -101,14 +106,14 @@ class ReflectedLight:
                 break
             light, onward = self._around(ways, group.take(ways.owner), nearby, generator)
             owners.append(ways.owner)
-            found.append(np.tile(ways.weight * light, 2))
+            found.append(np.column_stack([ways.weight * light, np.zeros((len(light), CONTRASTS))]))
             if reflections == last:
                 break
             cell = self._records.find(onward.landings, onward.lengths)
             known, left = np.flatnonzero(cell >= 0), np.flatnonzero(cell < 0)
             owners.append(onward.owner.take(known))
-            weight = np.tile(onward.weight.take(known, axis=0), 2)
-            found.append(weight * self._known(reflections + 1).take(cell.take(known), axis=0))
+            light = self._known(reflections + 1).take(cell.take(known), axis=0)
+            found.append(in_part(light, onward.weight.take(known, axis=0)))
             ways = onward.taken(left)
         owner, found = np.concatenate(owners), np.concatenate(found)
         return group_sums(found, owner, len(group))
@@ -217,7 +222,11 @@ def _balanced(density: np.ndarray, cosine: np.ndarray) -> np.ndarray:
     return (cosine / (density + cosine / np.pi))[:, None]
 
 
-def _by_halves(irradiance: np.ndarray) -> np.ndarray:
-    """Of irradiance (2 C, 3) at records: (C + 1, 6), each cell's by both halves; the last row stands for no cell."""
-    cells = len(irradiance) // 2
-    return np.concatenate([np.concatenate([irradiance[:cells], irradiance[cells:]], axis=1), np.zeros((1, 6))])
+def by_cells(light: np.ndarray) -> np.ndarray:
+    """Of light (2 C, 4) at records: (C + 1, 6), each cell's with its contrasts; the last row stands for no cell."""
+    one, other = np.split(light, 2)
+    (mean, together), (differ, apart) = (
+        (part[:, :3], part[:, 3]) for part in (0.5 * (one + other), 0.5 * (one - other))
+    )
+    cells = np.column_stack([mean, differ.sum(axis=1), together, apart])
+    return np.concatenate([cells, np.zeros((1, 3 + CONTRASTS))])

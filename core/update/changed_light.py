@@ -126,7 +126,7 @@ class ChangedRecords:
         cells, found = len(records.sides), {"direct": records.direct.copy(), "indirect": records.indirect.copy()}
         for (kind, half), (rows, value) in exchanged.items():
             found[kind][half * cells + rows] = value
-        found["direct"] += yield from self._more_from_lights(settings.seed)
+        found["direct"][:, :3] += yield from self._more_from_lights(settings.seed)
         more = fresh.found
         self.reflected = ReflectedLight(self._scene, self._caster, self._lights, patched, settings.bounces)
         self.reflected.know(*(patched.joined(found[name], more[name]) for name in ("direct", "indirect")))
@@ -135,14 +135,15 @@ class ChangedRecords:
         self.delta = np.where(known[:, None], delta, 0.0), known
 
     def _exchanged(self, search: PhotonSearch) -> tuple[np.ndarray, np.ndarray]:
-        """The discs (K,) of ``search`` that photons cross on their old or new ways, and the irradiance (K, 3) there."""
+        """The discs (K,) of ``search`` that photons cross on their old or new ways, and the irradiance there
+        with what halves of the photons differ by (K, 4)."""
         if len(self._gone) == 0:
-            return np.zeros(0, np.int64), np.zeros((0, 3))
+            return np.zeros(0, np.int64), np.zeros((0, 4))
         samples = search.estimate.samples
         old, new = (self._gathered(search, part, samples) for part in (self._gone, self._come))
         rows = np.flatnonzero((old.squares + new.squares).any(axis=(1, 2)))
         whole, gone, come = (estimate.taken(rows) for estimate in (search.estimate, old, new))
-        return rows, whole.exchanged(gone, come).irradiance.value
+        return rows, whole.exchanged(gone, come).with_contrast
 
     def _gathered(self, search: PhotonSearch, segments: Segments, samples: int) -> IrradianceEstimate:
         """What ``segments`` bring to the discs of ``search``, some of those of ``samples`` particles."""

@@ -325,8 +325,8 @@ class Differences:
                 light[rows] += emitted(sources, rays, origins, rows, hits, share, differing.aimed.take(rows))
                 if surfaces is side.shadows.between.surfaces:
                     ways = origins, rays.directions, rows, hits
-                    halves = reflected.sent(*ways, differing.group, self._lamps, generator)
-                    sent[rows] += share * (0.5 * (halves[:, :3] + halves[:, 3:]))
+                    found = reflected.sent(*ways, differing.group, self._lamps, generator)
+                    sent[rows] += share * found[:, :3]
         return light, sent
 
     def _by_views(

@@ -45,6 +45,15 @@ def test_mean_and_standard_error_are_those_of_the_particles():
     assert not estimate.repeated.any()
 
 
+def test_halves_of_the_particles_differ_by_as_much_as_the_estimate_is_off():
+    found = np.array([simulated(2000, seed)[0].with_contrast[0] for seed in range(400)])
+    total, contrast = found[:, :3].sum(axis=1), found[:, 3]
+    # Variances of 400 normal deviations are off by 7 %; neither tells of the other.
+    assert (contrast**2).mean() == pytest.approx(total.var(), rel=0.25)
+    assert abs(contrast.mean()) < 4 * contrast.std() / 20
+    assert abs(np.corrcoef(total, contrast)[0, 1]) < 0.2
+
+
 def test_merged_estimates_are_the_estimate_of_all_particles():
     (first, each_first), (second, each_second) = simulated(3000, 2), simulated(7000, 3)
     merged = first.merged(second)

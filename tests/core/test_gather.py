@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 from detp.core.bake import baked
+from detp.core.direct.surrounding_light import in_part
 from detp.core.gather.cells import Cells
 from detp.core.gather.records import NEAR, Landings, RecordFinder, Records
-from detp.core.gather.reflected_light import MOST_FOLLOWED, ReflectedLight
+from detp.core.gather.reflected_light import MOST_FOLLOWED, ReflectedLight, by_cells
 from detp.core.photons.emission import lights_of
 from detp.core.points import Points, facings
 from detp.core.rays import RayCaster
@@ -85,7 +86,7 @@ def test_rays_that_nothing_is_known_of_bring_every_reflection_once(bounces):
     found = light.sent(origins, directions, rows, hits, group, None, generator)
     expected = np.pi * sum(albedo**n for n in range(1, min(bounces, MOST_FOLLOWED) + 1))
     error = found[:, :3].std(axis=0) / np.sqrt(count)
-    assert np.array_equal(found[:, :3], found[:, 3:])
+    assert not found[:, 3:].any()
     assert (np.abs(found[:, :3].mean(axis=0) - expected) < 4.0 * error + 1e-9).all()
 
 
@@ -99,3 +100,20 @@ def test_light_from_a_gap_above_a_lamp_is_not_blurred_into_the_room():
     found = np.mean([result.irradiance.sum(axis=1).mean() for result in gathered])
     by_photons = BakeSettings(indirect="photons", photons=1 << 18, radius=0.2)
     assert found == pytest.approx(baked(scene, points, by_photons).irradiance.sum(axis=1).mean(), rel=0.05)
+
+
+def test_contrasts_are_what_four_parts_of_the_photons_differ_by():
+    """A cell's light by four independent parts: its contrasts are as large as its mean is off, and independent."""
+    generator = np.random.default_rng(5)
+    quarters = 1.0 + 0.1 * generator.normal(size=(2, 2, 5000, 1)) * np.ones(3)  # records, signs, cells
+    records = np.concatenate(
+        [quarters.mean(axis=1), 0.5 * (quarters[:, 0] - quarters[:, 1]).sum(axis=2)[..., None]], axis=2
+    )
+    found = by_cells(records.reshape(-1, 4))[:-1]
+    total = found[:, :3].sum(axis=1)
+    off = np.column_stack([total - 3.0, found[:, 3:]])
+    assert off.std(axis=0) == pytest.approx(np.full(4, 0.15), rel=0.05)
+    assert np.abs(np.corrcoef(off.T) - np.eye(4)).max() < 0.06
+    # Of a surface that sends on a part, and more of what is red, the contrasts are off by what is left of the sum.
+    part = in_part(found, np.tile((0.9, 0.3, 0.0), (5000, 1)))
+    assert part[:, 3:] == pytest.approx(found[:, 3:] * (part[:, :3].sum(axis=1) / total)[:, None])

@@ -214,12 +214,19 @@ def test_exchanged_particles_leave_the_sums_of_the_others():
     def sums(particles):
         total, squares, repeated = generator.random((3, 6, 2, 3))
         return IrradianceEstimate(
-            total, squares, repeated[:, 0], generator.random((6, 3)), np.ones((6, 2)), particles, (1.0, 2.0)
+            total,
+            squares,
+            repeated[:, 0],
+            generator.random((6, 3)),
+            squares[..., 0],
+            np.ones((6, 2)),
+            particles,
+            (1.0, 2.0),
         )
 
     kept, old, new = sums(50), sums(0), sums(0)
     found = kept.merged(old).exchanged(old, new)
-    for name in ("total", "squares", "repeated"):
+    for name in ("total", "squares", "repeated", "contrast"):
         assert getattr(found, name) == pytest.approx(getattr(kept.merged(new), name))
 
 

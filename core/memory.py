@@ -17,7 +17,7 @@ from .errors import OutOfMemoryError
 READING_TRIANGLE, READING_MESH, READING_CORNER = 300, 600, 500
 
 #: bytes that baking takes beside, for each triangle and each estimation point, and for records and rays in flight
-BAKING_TRIANGLE, BAKING_POINT, BAKING = 400, 2500, 400_000_000
+BAKING_TRIANGLE, BAKING_POINT, BAKING = 400, 2650, 400_000_000
 
 #: bytes of the scene that a worker is sent, for each triangle and each estimation point
 SENT_TRIANGLE, SENT_POINT = 150, 100

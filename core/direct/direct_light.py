@@ -45,8 +45,8 @@ POINTS_PER_CHUNK, ROUNDS_PER_CHUNK, LEAST_PER_CHUNK = 1 << 11, 4, 1 << 8
 GATHER_RAYS = 16
 
 #: Share of what is usual over all points in what contrasts of photons are said to be at a group's; and the median over
-#: the mean of squares of a normal deviation, and of means of three of them.
-SHARED, MEDIAN_OF_ONE, MEDIAN_OF_THREE = 0.5, 0.455, 0.789
+#: the mean of squares of a normal deviation, and of means of as many of them as there are contrasts.
+SHARED, MEDIAN_OF_ONE, MEDIAN_OF_ALL = 0.5, 0.455, 0.907
 
 #: Of squared contrasts no more is taken out than leaves this share: few rounds tell variances badly.
 LEFT = 0.25
@@ -166,11 +166,12 @@ class DirectLight:
         squared, by_rays = (np.minimum(part * over**2, 1.0) for part in (self._spread.mean**2, by_rays))
         # The first contrast has the records' places in it too. As far as the others are as large, all count alike.
         first, *others = (_without(some.mean(), each.mean()) for some, each in zip(by_rays, squared, strict=True))
-        alike = min(0.5 * sum(others) / first, 1.0) if first > 0 else 1.0
-        parts = 1.0 - alike * 2.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0
+        alike = min(sum(others) / len(others) / first, 1.0) if first > 0 else 1.0
+        parts = np.full(CONTRASTS, 1.0 / CONTRASTS)
+        parts[0] += (1.0 - alike) * (1.0 - parts[0])
         squared, by_rays = (np.einsum("i,ij->j", parts, each) for each in (squared, by_rays))
         usual = _without(self._groups.means(by_rays), self._groups.means(squared))
-        median = MEDIAN_OF_ONE + alike * (MEDIAN_OF_THREE - MEDIAN_OF_ONE)
+        median = MEDIAN_OF_ONE + alike * (MEDIAN_OF_ALL - MEDIAN_OF_ONE)
         usual += SHARED * (_without(np.median(by_rays), np.median(squared) / median) - usual)
         reflected = np.abs(value).sum(axis=0)
         part = np.divide(reflected, whole, out=np.zeros(len(whole)), where=whole > 0)

@@ -22,8 +22,9 @@ from .shadows import Shadows
 from .spots import Spots
 from .triangle_choice import TriangleChoice
 
-#: Of reflected light, independent contrasts of the photons that it comes from.
-CONTRASTS = 3
+#: Of reflected light: what halves of the photons that it comes from differ by, in so many ways that tell nothing of
+#: each other.
+CONTRASTS = 7
 
 
 class Reflections(Protocol):
@@ -39,7 +40,7 @@ class Reflections(Protocol):
         nearby: NearbyLamps | None,
         generator: np.random.Generator,
     ) -> np.ndarray:
-        """Radiosity (K, 6) W/m^2 of what ``rows`` (K,) of rays met at the K ``hits``: RGB, and by how much that is off
+        """Radiosity (K, 10) W/m^2 of what ``rows`` (K,) of rays met at the K ``hits``: RGB, and by how much that is off
         with each of some CONTRASTS of photons, RGB sum.
 
         The rays go from ``points`` (R, 3) m along unit ``directions`` (R, 3); rays that are followed on take their
@@ -157,7 +158,7 @@ class SurroundingLight:
 
     def _by_chance(self, look: Look, row: np.ndarray, uniforms) -> tuple[np.ndarray, np.ndarray | None]:
         """What rays of the look's spots ``row`` (R,) bring along the cosine, or where the guide moves them: W/m^2 of
-        the lights (R, 3), and what surfaces reflect, with its contrasts, (R, 6), or None."""
+        the lights (R, 3), and what surfaces reflect, with its contrasts, (R, 10), or None."""
         spots, factor = look.spots.taken(row), np.ones(len(row))
         if look.guide is not None:
             uniforms, factor = look.guide.warped(spots.group, uniforms)
@@ -190,7 +191,7 @@ class SurroundingLight:
     def _met(self, look: Look, row: np.ndarray, spots: Spots, directions: np.ndarray, sent: np.ndarray | None):
         """For each light: rows (K,) of rays, the density (K,) of aiming there, and the radiance (K, 3) that arrives.
 
-        The radiosity of surfaces is added to ``sent`` (R, 6), unless that is None.
+        The radiosity of surfaces is added to ``sent`` (R, 10), unless that is None.
         """
         points = spots.points
         if self._distant and sent is None:
@@ -220,7 +221,7 @@ class SurroundingLight:
 
 
 def in_part(light: np.ndarray, share: np.ndarray) -> np.ndarray:
-    """Of ``light`` (K, 6), RGB and its contrasts, the ``share`` (K, 3); of contrasts what remains of the RGB sum."""
+    """Of ``light`` (K, 10), RGB and its contrasts, the ``share`` (K, 3); of contrasts what remains of the RGB sum."""
     part = light.copy()
     part[:, :3] *= share
     before, after = _strength(light[:, :3]), _strength(part[:, :3])

@@ -35,7 +35,8 @@ class IrradianceEstimate:
     squares   (N, K, 3) sum of its crossings' squares, W^2
     repeated  (N, 3) what the squares of the sums are more than that, since particles come again, W^2
     single    (N, 3) square that one crossing more would likely bring, W^2
-    contrast  (N, K) sum of X, RGB sum, of the particles whose number has no 2 in it, less that of the others, W
+    contrasts (N, K, 3) sum of X, RGB sum, of one half of the particles, less that of the other, W: by whether their
+              number has a 2 in it, a 4, and just one of both
     areas     (N, K) m^2 of the nested discs
     samples   how many particles there are
     common    the sum over particles of what each alone would give all points' mean, W/m^2, RGB sum, and of its square:
@@ -46,7 +47,7 @@ class IrradianceEstimate:
     squares: np.ndarray
     repeated: np.ndarray
     single: np.ndarray
-    contrast: np.ndarray
+    contrasts: np.ndarray
     areas: np.ndarray
     samples: int
     common: tuple[float, float] = (0.0, 0.0)
@@ -55,7 +56,7 @@ class IrradianceEstimate:
     def empty(cls, areas: np.ndarray) -> IrradianceEstimate:
         """The estimate before the first particle, of discs whose nested ``areas`` (N, K) m^2 are given."""
         rings, whole = (*areas.shape, 3), (len(areas), 3)
-        return cls(np.zeros(rings), np.zeros(rings), np.zeros(whole), np.zeros(whole), np.zeros(areas.shape), areas, 0)
+        return cls(np.zeros(rings), np.zeros(rings), np.zeros(whole), np.zeros(whole), np.zeros(rings), areas, 0)
 
     @property
     def common_error(self) -> float:
@@ -85,25 +86,24 @@ class IrradianceEstimate:
         return Irradiance(value, noise)
 
     @property
-    def with_contrast(self) -> np.ndarray:
-        """The irradiance, and what halves of the particles differ by from it, RGB sum: (N, 4) W/m^2."""
+    def with_contrasts(self) -> np.ndarray:
+        """The irradiance, and what halves of the particles differ by from it in three ways, RGB sum: (N, 6) W/m^2."""
         value, _, _, differ = self._found
         return np.column_stack([value, differ])
 
     @cached_property
-    def _found(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Irradiance, noise and blur, (N, 3) W/m^2, and contrast (N,) W/m^2."""
+    def _found(self) -> np.ndarray:
+        """Irradiance, noise, blur and contrasts, (4, N, 3) W/m^2."""
         count = len(self.total)
-        found = *np.empty((3, count, 3)), np.empty(count)
+        found = np.empty((4, count, 3))
         chunks = slices(count, POINTS_PER_CHUNK)
         for rows, some in zip(chunks, ordered_map(self._estimated, chunks), strict=True):
-            for part, values in zip(found, some, strict=True):
-                part[rows] = values
+            found[:, rows] = some
         return found
 
     def _estimated(self, rows: slice) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         samples, areas = max(self.samples, 1), self.areas[rows]
-        sums = self.total, self.squares, self.single, self.contrast
+        sums = self.total, self.squares, self.single, self.contrasts
         value, moment, blur, differ = nested_estimate(*(part[rows] / samples for part in sums), areas, samples)
         if samples < 2:
             return value, np.full(value.shape, np.inf), np.zeros(value.shape), differ
@@ -122,12 +122,12 @@ class IrradianceEstimate:
         samples = self.samples + other.samples
         single = (self.single * self.samples + other.single * other.samples) / max(samples, 1)
         sums = (getattr(self, name) + getattr(other, name) for name in ("total", "squares", "repeated"))
-        contrast, common = self.contrast + other.contrast, tuple(np.add(self.common, other.common))
-        return IrradianceEstimate(*sums, single, contrast, self.areas, samples, common)
+        contrasts, common = self.contrasts + other.contrasts, tuple(np.add(self.common, other.common))
+        return IrradianceEstimate(*sums, single, contrasts, self.areas, samples, common)
 
     def taken(self, rows: np.ndarray) -> IrradianceEstimate:
         """That of some ``rows`` of points alone."""
-        names = "total", "squares", "repeated", "single", "contrast", "areas"
+        names = "total", "squares", "repeated", "single", "contrasts", "areas"
         sums = (getattr(self, name)[rows] for name in names)
         return IrradianceEstimate(*sums, self.samples, self.common)
 
@@ -138,13 +138,13 @@ class IrradianceEstimate:
         """
         sums = [getattr(self, name) - getattr(gone, name) + getattr(come, name) for name in ("total", "squares")]
         repeated = self.repeated - gone.repeated + come.repeated
-        contrast = self.contrast - gone.contrast + come.contrast
+        contrasts = self.contrasts - gone.contrasts + come.contrasts
         common = tuple(np.add(np.subtract(self.common, gone.common), come.common))
         # Differences of what is equal leave rounding, which must not become light or negative squares.
         rounding = _ROUNDING * (self.squares + come.squares)
         sums[1] = np.where(sums[1] > rounding, sums[1], 0.0)
         sums[0] = np.where(sums[1] > 0.0, sums[0], 0.0)
-        return IrradianceEstimate(*sums, repeated, self.single, contrast, self.areas, self.samples, common)
+        return IrradianceEstimate(*sums, repeated, self.single, contrasts, self.areas, self.samples, common)
 
 
 #: Of sums, the share that differences of them may be off by.
@@ -167,15 +167,14 @@ class Accumulator:
     """Adds the crossings of ``discs`` by one batch of ``particles`` up to an :class:`IrradianceEstimate`.
 
     Only crossings inside the ``visible`` area count, by its K rings. Attributes ``total`` (N, K, 3) W and ``squares``
-    (N, K, 3) W^2: the sums of the segments' flux, as they carry it, and of its square; ``contrast`` (N, K) W, see
+    (N, K, 3) W^2: the sums of the segments' flux, as they carry it, and of its square; ``contrasts`` (N, K, 3) W, see
     :class:`IrradianceEstimate`.
     """
 
     def __init__(self, discs: TangentDiscs, segments: Segments, particles: int, visible: VisibleArea):
         self._discs, self._segments, self._visible, self._particles = discs, segments, visible, particles
         self._areas = visible.nested
-        self.total, self.squares = np.zeros((2, *self._areas.shape, 3))
-        self.contrast = np.zeros(self._areas.shape)
+        self.total, self.squares, self.contrasts = np.zeros((3, *self._areas.shape, 3))
         self._repeated = RepeatedCrossings(len(discs), segments)
         self._first = int(segments.particle.min()) if segments.particle is not None and len(segments) else 0
         self._alone = np.zeros(0)
@@ -193,7 +192,8 @@ class Accumulator:
             self.total[:, :, channel] += np.bincount(place, flux, discs * rings).reshape(discs, rings)
             flux *= flux
             self.squares[:, :, channel] += np.bincount(place, flux, discs * rings).reshape(discs, rings)
-        self.contrast += np.bincount(place, self._signed.take(inside.segment), discs * rings).reshape(discs, rings)
+            signed = self._signed[channel].take(inside.segment)
+            self.contrasts[:, :, channel] += np.bincount(place, signed, discs * rings).reshape(discs, rings)
         if self._segments.particle is not None:
             self._repeated.add(inside)
             self._add_alone(inside)
@@ -201,10 +201,11 @@ class Accumulator:
 
     @cached_property
     def _signed(self) -> np.ndarray:
-        """Flux (S,) of the segments, RGB sum, with the sign of their particle's half."""
+        """Flux (3, S) of the segments, RGB sum, with the signs of their particle's halves."""
         particle = self._segments.particle
         number = np.arange(len(self._segments)) if particle is None else particle
-        return self._segments.flux.sum(axis=1) * np.where(number & 2, -1.0, 1.0)
+        two, four = (np.where(number & bit, -1.0, 1.0) for bit in (2, 4))
+        return np.stack([two, four, two * four]) * self._segments.flux.sum(axis=1)
 
     def _add_alone(self, crossings: Crossings) -> None:
         """Count what each particle gives all points together."""
@@ -222,7 +223,7 @@ class Accumulator:
         particles = self._particles
         squares = (self.squares, self._repeated.products(), self._single())
         return IrradianceEstimate(
-            self.total * particles, *(part * particles**2 for part in squares), self.contrast * particles,
+            self.total * particles, *(part * particles**2 for part in squares), self.contrasts * particles,
             self._areas, particles, self._common(),
         )  # fmt: skip
 

@@ -22,15 +22,15 @@ DOUBT = 4.0
 
 
 def nested_estimate(
-    flux: np.ndarray, squares: np.ndarray, once_more: np.ndarray, contrast: np.ndarray, areas: np.ndarray, samples: int
+    flux: np.ndarray, squares: np.ndarray, once_more: np.ndarray, contrasts: np.ndarray, areas: np.ndarray, samples: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """The irradiance (N, 3) W/m^2 of discs from their rings, its second moment, the square of what blur is left, and
-    the same share (N,) W/m^2 of the ``contrast`` as of the flux.
+    the same share (N, S) W/m^2 of the ``contrasts`` as of the flux.
 
     flux       (N, K, 3) W: mean over the samples of what one sample alone brings to each ring
     squares    (N, K, 3) W^2: mean of the sum of its crossings' squares
     once_more  (N, 3) W^2: what one crossing more would add to the mean of the squares
-    contrast   (N, K) W: what halves of the samples differ by
+    contrasts  (N, K, S) W: what halves of the samples differ by
     areas      (N, K) m^2 of the nested discs; nested disc k has the rings from k on
     samples    how many
 
@@ -65,7 +65,7 @@ def nested_estimate(
         factor += kept * change
         blur += np.maximum(squared - DOUBT * variance, 0.0)
         blur *= (1.0 - kept) ** 2
-    differ = np.einsum("nk,nk->n", contrast, factor)
+    differ = np.einsum("nks,nk->ns", contrasts, factor)
     factor *= factor
     # One crossing more falls into a ring by the ring's share of the area.
     moment = np.einsum("nkc,nk->nc", squares, factor)

@@ -104,14 +104,14 @@ class RecordLight:
     @property
     def found(self) -> dict[str, np.ndarray]:
         """What has been found: the "direct" and the "indirect" irradiance at the records, and what halves of their
-        photons differ by, (2 C, 4) W/m^2."""
-        found = {kind: np.zeros((2 * len(self.records), 4)) for kind in ("direct", "indirect")}
+        photons differ by in three ways, (2 C, 6) W/m^2."""
+        found = {kind: np.zeros((2 * len(self.records), 6)) for kind in ("direct", "indirect")}
         if self.shadow_rays is not None:
             found["direct"][:, :3] = self.shadow_rays.irradiance.value
         cells = len(self.records)
         for search in self.searches:
             rows = slice(search.half * cells, (search.half + 1) * cells)
-            found[search.kind][rows] = search.estimate.with_contrast
+            found[search.kind][rows] = search.estimate.with_contrasts
         return found
 
     def update(self) -> None:

@@ -29,9 +29,9 @@ SURE = 0.5
 class ReflectedLight:
     """Light that the diffuse surfaces of ``scene`` send on, by ``records``; dark until :meth:`know`.
 
-    Arrays of six columns have RGB, and three contrasts: what independent halves of the photons differ by from that, RGB
-    sum. The first is between the two records of a cell, see records.py, which also lie in different places; the other
-    two have photons of both records in each half.
+    Arrays of ten columns have RGB, and CONTRASTS: what halves of the photons differ by from that, RGB sum, each cut in
+    another way. The first is between the two records of a cell, see records.py, which also lie in different places; the
+    others have photons of both records in each half.
 
     Rays that land where no record tells of the light are followed on: one ray more looks around from there, and shadow
     rays go to the lights, ``surroundings`` and lamps (secondary gathering, Jensen 2001). At most ``bounces``
@@ -47,7 +47,7 @@ class ReflectedLight:
         self._sides = [_Side.of(1.0, scene.albedo, caster)]
         if scene.translucency is not None:
             self._sides.append(_Side.of(-1.0, scene.translucency, caster))
-        self.know(*np.zeros((2, 2 * len(records), 4)))
+        self.know(*np.zeros((2, 2 * len(records), 6)))
 
     @property
     def known(self) -> np.ndarray:
@@ -56,11 +56,11 @@ class ReflectedLight:
 
     def know(self, direct: np.ndarray, indirect: np.ndarray) -> None:
         """The records' ``direct`` and ``indirect`` irradiance are these from now on, and what halves of their photons
-        differ by, (2 C, 4) W/m^2."""
+        differ by in three ways, (2 C, 6) W/m^2."""
         self._direct, self._all = by_cells(direct), by_cells(direct + indirect)
 
     def sent(self, points, directions, rows, hits: Hits, group, nearby: NearbyLamps | None, generator) -> np.ndarray:
-        """Radiosity (K, 6) W/m^2 of what ``rows`` (K,) of rays met at the K ``hits``, see :class:`.Reflections`."""
+        """Radiosity (K, 10) W/m^2 of what ``rows`` (K,) of rays met at the K ``hits``, see :class:`.Reflections`."""
         found = np.zeros((len(rows), 3 + CONTRASTS))
         for side in self._sides:
             met, share, landings = self._landings(side, points, directions, rows, hits)
@@ -82,7 +82,7 @@ class ReflectedLight:
         return Ways.joined(found)
 
     def _known(self, reflections: int) -> np.ndarray:
-        """The light (C + 1, 6) at records that counts where the next reflection is the one of that number."""
+        """The light (C + 1, 10) at records that counts where the next reflection is the one of that number."""
         return self._direct if reflections == self._bounces else self._all
 
     def _landings(self, side: _Side, points, directions, rows, hits: Hits):
@@ -97,7 +97,7 @@ class ReflectedLight:
         return met, side.share.met(triangle, ahead[1]), Landings.of(self._caster, *ahead, triangle, places, side.sign)
 
     def _followed(self, ways: Ways, group: np.ndarray, nearby: NearbyLamps | None, generator) -> np.ndarray:
-        """What comes back (K, 6) of K rays, from ``group`` (K,), that are followed along ``ways``."""
+        """What comes back (K, 10) of K rays, from ``group`` (K,), that are followed along ``ways``."""
         owners, found = [np.empty(0, np.int64)], [np.empty((0, 3 + CONTRASTS))]
         last = min(self._bounces, MOST_FOLLOWED)
         for reflections in range(1, last + 1):
@@ -223,10 +223,8 @@ def _balanced(density: np.ndarray, cosine: np.ndarray) -> np.ndarray:
 
 
 def by_cells(light: np.ndarray) -> np.ndarray:
-    """Of light (2 C, 4) at records: (C + 1, 6), each cell's with its contrasts; the last row stands for no cell."""
+    """Of light (2 C, 6) at records: (C + 1, 10), each cell's with its contrasts; the last row stands for no cell."""
     one, other = np.split(light, 2)
-    (mean, together), (differ, apart) = (
-        (part[:, :3], part[:, 3]) for part in (0.5 * (one + other), 0.5 * (one - other))
-    )
-    cells = np.column_stack([mean, differ.sum(axis=1), together, apart])
+    mean, differ = 0.5 * (one + other), 0.5 * (one - other)
+    cells = np.column_stack([mean[:, :3], differ[:, :3].sum(axis=1), mean[:, 3:], differ[:, 3:]])
     return np.concatenate([cells, np.zeros((1, 3 + CONTRASTS))])

@@ -136,14 +136,14 @@ class ChangedRecords:
 
     def _exchanged(self, search: PhotonSearch) -> tuple[np.ndarray, np.ndarray]:
         """The discs (K,) of ``search`` that photons cross on their old or new ways, and the irradiance there
-        with what halves of the photons differ by (K, 4)."""
+        with what halves of the photons differ by (K, 6)."""
         if len(self._gone) == 0:
-            return np.zeros(0, np.int64), np.zeros((0, 4))
+            return np.zeros(0, np.int64), np.zeros((0, 6))
         samples = search.estimate.samples
         old, new = (self._gathered(search, part, samples) for part in (self._gone, self._come))
         rows = np.flatnonzero((old.squares + new.squares).any(axis=(1, 2)))
         whole, gone, come = (estimate.taken(rows) for estimate in (search.estimate, old, new))
-        return rows, whole.exchanged(gone, come).with_contrast
+        return rows, whole.exchanged(gone, come).with_contrasts
 
     def _gathered(self, search: PhotonSearch, segments: Segments, samples: int) -> IrradianceEstimate:
         """What ``segments`` bring to the discs of ``search``, some of those of ``samples`` particles."""

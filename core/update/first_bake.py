@@ -81,7 +81,7 @@ class FirstRecords:
 
     held, sides, radii, finder   as in :class:`.Records`
     searches          of each kind of photons and half of the records
-    direct, indirect  (2 C, 4) W/m^2, as :attr:`.RecordLight.found`
+    direct, indirect  (2 C, 6) W/m^2, as :attr:`.RecordLight.found`
     common_error      as in :class:`.RecordLight`
     lamps             as groups of records know them; None where there are no lights at all
     """

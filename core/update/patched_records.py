@@ -32,6 +32,6 @@ class PatchedRecords:
         return cell
 
     def joined(self, base: np.ndarray, fresh: np.ndarray) -> np.ndarray:
-        """Values (2 C, 4) at all records, from those at ``base`` and at ``fresh`` ones, half by half."""
+        """Values (2 C, 6) at all records, from those at ``base`` and at ``fresh`` ones, half by half."""
         halves = (np.split(base, 2), np.split(fresh, 2))
         return np.concatenate([part[half] for half in (0, 1) for part in halves])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from detp.core.bake import baked
-from detp.core.direct.surrounding_light import in_part
+from detp.core.direct.surrounding_light import CONTRASTS, in_part
 from detp.core.gather.cells import Cells
 from detp.core.gather.records import NEAR, Landings, RecordFinder, Records
 from detp.core.gather.reflected_light import MOST_FOLLOWED, ReflectedLight, by_cells
@@ -102,18 +102,18 @@ def test_light_from_a_gap_above_a_lamp_is_not_blurred_into_the_room():
     assert found == pytest.approx(baked(scene, points, by_photons).irradiance.sum(axis=1).mean(), rel=0.05)
 
 
-def test_contrasts_are_what_four_parts_of_the_photons_differ_by():
-    """A cell's light by four independent parts: its contrasts are as large as its mean is off, and independent."""
+def test_contrasts_are_what_eight_parts_of_the_photons_differ_by():
+    """Of a cell's light by eight independent parts the contrasts are as large as its mean is off, and independent."""
     generator = np.random.default_rng(5)
-    quarters = 1.0 + 0.1 * generator.normal(size=(2, 2, 5000, 1)) * np.ones(3)  # records, signs, cells
-    records = np.concatenate(
-        [quarters.mean(axis=1), 0.5 * (quarters[:, 0] - quarters[:, 1]).sum(axis=2)[..., None]], axis=2
-    )
-    found = by_cells(records.reshape(-1, 4))[:-1]
+    # By records, their photons' parts, and cells.
+    parts = 1.0 + 0.1 * generator.normal(size=(2, 4, 5000))
+    signs = np.array([(1, 1, -1, -1), (1, -1, 1, -1), (1, -1, -1, 1)]) / 4.0
+    light = np.repeat(parts.mean(axis=1)[..., None], 3, axis=2)
+    found = by_cells(np.concatenate([light, 3.0 * (parts.swapaxes(1, 2) @ signs.T)], axis=2).reshape(-1, 6))[:-1]
     total = found[:, :3].sum(axis=1)
     off = np.column_stack([total - 3.0, found[:, 3:]])
-    assert off.std(axis=0) == pytest.approx(np.full(4, 0.15), rel=0.05)
-    assert np.abs(np.corrcoef(off.T) - np.eye(4)).max() < 0.06
+    assert off.std(axis=0) == pytest.approx(np.full(1 + CONTRASTS, 0.3 / np.sqrt(8)), rel=0.05)
+    assert np.abs(np.corrcoef(off.T) - np.eye(1 + CONTRASTS)).max() < 0.06
     # Of a surface that sends on a part, and more of what is red, the contrasts are off by what is left of the sum.
     part = in_part(found, np.tile((0.9, 0.3, 0.0), (5000, 1)))
     assert part[:, 3:] == pytest.approx(found[:, 3:] * (part[:, :3].sum(axis=1) / total)[:, None])

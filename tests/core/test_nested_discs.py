@@ -78,9 +78,10 @@ def crossed(expected, points, seed):
     counts = generator.poisson(-np.diff(expected, append=0.0), (points, RINGS)).astype(float)
     flux = np.repeat(counts[:, :, None], 3, axis=2)
     samples = 10_000
-    value, moment, blur = nested_estimate(
-        flux, flux * samples, np.full((points, 3), 1.0 * samples), np.tile(DISC, (points, 1)), samples
+    value, moment, blur, same = nested_estimate(
+        flux, flux * samples, np.full((points, 3), 1.0 * samples), flux, np.tile(DISC, (points, 1)), samples
     )
+    assert same == pytest.approx(value)
     return value[:, 0], np.sqrt(moment[:, 0] / samples), np.sqrt(moment[:, 0] / samples + blur[:, 0])
 
 
@@ -117,6 +118,6 @@ def test_an_outline_narrower_than_the_nested_discs_leaves_one_estimate():
     assert (np.diff(areas, axis=1) <= 0).all() and areas[:, 3] == pytest.approx(areas[:, 0])
     flux = np.zeros((500, RINGS, 3))
     flux[:, 3] = generator.poisson(5.0, (500, 1))
-    value, moment, blur = nested_estimate(flux, flux * 10_000, np.full((500, 3), 1e4), areas, 10_000)
+    value, moment, blur, _ = nested_estimate(flux, flux * 10_000, np.full((500, 3), 1e4), flux, areas, 10_000)
     assert value == pytest.approx(flux[:, 3] / areas[:, :1])
     assert moment == pytest.approx((flux[:, 3] + 1.0) * 1e4 / areas[:, :1] ** 2) and (blur < 1e-9 * moment).all()

@@ -218,7 +218,7 @@ def test_exchanged_particles_leave_the_sums_of_the_others():
             squares,
             repeated[:, 0],
             generator.random((6, 3)),
-            squares[..., 0],
+            squares[::-1],
             np.ones((6, 2)),
             particles,
             (1.0, 2.0),
@@ -226,7 +226,7 @@ def test_exchanged_particles_leave_the_sums_of_the_others():
 
     kept, old, new = sums(50), sums(0), sums(0)
     found = kept.merged(old).exchanged(old, new)
-    for name in ("total", "squares", "repeated", "contrast"):
+    for name in ("total", "squares", "repeated", "contrasts"):
         assert getattr(found, name) == pytest.approx(getattr(kept.merged(new), name))
 
 

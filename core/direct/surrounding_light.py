@@ -221,12 +221,12 @@ class SurroundingLight:
 
 
 def in_part(light: np.ndarray, share: np.ndarray) -> np.ndarray:
-    """Of ``light`` (K, 10), RGB and its contrasts, the ``share`` (K, 3); of contrasts what remains of the RGB sum."""
-    part = light.copy()
-    part[:, :3] *= share
-    before, after = _strength(light[:, :3]), _strength(part[:, :3])
-    part[:, 3:] *= np.divide(after, before, out=np.zeros_like(after), where=before > 0)[:, None]
-    return part
+    """Of ``light`` (K, 10), which becomes that, the ``share`` (K, 3); of its contrasts what remains of the RGB sum."""
+    colour = light[:, :3]
+    before = _strength(colour)
+    colour *= share
+    light[:, 3:] *= (_strength(colour) / np.maximum(before, np.finfo(float).tiny))[:, None]
+    return light
 
 
 def _strength(light: np.ndarray) -> np.ndarray:

@@ -115,5 +115,5 @@ def test_contrasts_are_what_eight_parts_of_the_photons_differ_by():
     assert off.std(axis=0) == pytest.approx(np.full(1 + CONTRASTS, 0.3 / np.sqrt(8)), rel=0.05)
     assert np.abs(np.corrcoef(off.T) - np.eye(1 + CONTRASTS)).max() < 0.06
     # Of a surface that sends on a part, and more of what is red, the contrasts are off by what is left of the sum.
-    part = in_part(found, np.tile((0.9, 0.3, 0.0), (5000, 1)))
+    part = in_part(found.copy(), np.tile((0.9, 0.3, 0.0), (5000, 1)))
     assert part[:, 3:] == pytest.approx(found[:, 3:] * (part[:, :3].sum(axis=1) / total)[:, None])

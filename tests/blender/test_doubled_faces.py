@@ -5,12 +5,14 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
+from detp.core.bake import baked  # noqa: E402
+from detp.core.points import Points  # noqa: E402
 from detp.core.settings import BakeSettings  # noqa: E402
 from detp.core.stages import finished  # noqa: E402
 from detp.detp_addon.job import bake_scene  # noqa: E402
 from detp.detp_addon.request import BakeRequest  # noqa: E402
 from detp.detp_addon.tradeoff.cycles_bake import light_of  # noqa: E402
-from made_scenes import fresh, linked, material, mesh, node, read  # noqa: E402
+from made_scenes import diffuse, fresh, linked, material, mesh, node, read, world  # noqa: E402
 
 SQUARE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
 FRONT, BACK = (0, 1, 2, 3), (3, 2, 1, 0)
@@ -95,3 +97,24 @@ def test_panes_that_let_light_through_shine_both():
 
     panel("panes", [FRONT, FRONT], shines=glow(pane))
     assert shone() == (pytest.approx(2.0), [])
+
+
+@pytest.mark.parametrize("faces, named", [([FRONT], 0), ([FRONT, BACK], 2), ([FRONT, (0, 1, 2)], 1)])
+def test_faces_that_reflect_and_lie_on_others_are_named(faces, named):
+    """Of doubled squares at the origin Cycles reflects a quarter of what one does."""
+    panel("panel", faces, shines=diffuse((0.8, 0.8, 0.8)))
+    words = [warning for warning in read().warnings if "lie on others" in warning]
+    assert [int(warning.split()[0]) for warning in words] == [named] * (named > 0)
+
+
+@pytest.mark.parametrize("faces", [[FRONT], [FRONT, BACK], [FRONT, FRONT]])
+def test_doubled_faces_reflect_as_one(faces):
+    world((1, 1, 1))
+    panel("panel", faces, shines=diffuse((0.8, 0.8, 0.8)))
+    above = Points(np.array([(0.5, 0.5, 0.2)]), np.array([(0.0, 0.0, -1.0)]))
+    light = baked(read().scene, above, BakeSettings(error=0.005)).irradiance / np.pi
+    # The view factor of a square of 1 m from 0.2 m above its middle (Howell, A Catalog of Radiation Heat Transfer
+    # Configuration Factors, B-3); the rest is sky.
+    across = 0.5 / np.hypot(0.5, 0.2)
+    seen = 4.0 / np.pi * across * np.arctan(across)
+    assert np.allclose(light, 0.8 * seen + 1.0 - seen, rtol=0.01)

@@ -120,6 +120,14 @@ def test_the_worlds_shadow_rays_are_named():
     assert any("shadow rays to the world" in sentence for sentence in read().left_out)
 
 
+def test_diffuse_rays_to_what_shines_are_named():
+    """Such lit a floor 7 % more in Cycles, by the rays that a ball without ray visibility Diffuse let pass."""
+    quad().visible_diffuse = False
+    assert not any("diffuse rays" in sentence for sentence in read().left_out)
+    quad("glow").data.materials.append(material(lambda tree: node(tree, "ShaderNodeEmission")))
+    assert any("diffuse rays to what shines" in sentence for sentence in read().left_out)
+
+
 def test_mirrored_objects_keep_their_sides():
     floor = quad(scale=(-1, 1, 1))
     floor.data.materials.append(mixed(BACKFACING))

@@ -231,9 +231,8 @@ def _scene(read: RenderedObjects, placed: PlacedTriangles, world: list[Light], f
         sentence = "shadow rays to the world: what they pass otherwise than diffuse rays do, the world's light does not"
         findings.left_out(sentence)
     if unshaded is not None and emission.any():
-        findings.left_out(
-            "diffuse rays to what shines: what they pass otherwise than shadow rays do, the light does not"
-        )
+        sentence = "light of what shines that diffuse rays find: it passes, and is blocked, where shadow rays are"
+        findings.left_out(sentence)
     _name_doubled(placed, any_side(albedo) & ~any_side(between), findings)
     _name_flush(placed, any_side(emission), ~any_side(between), findings)
     spread = seen("spread", 0)
@@ -291,7 +290,7 @@ def _name_doubled(placed: PlacedTriangles, reflects: np.ndarray, findings: Findi
     largest = np.argsort(-normals_and_areas(corners)[1], kind="stable")[:LOOKED_AT]
     doubled = int((share_alone(corners[largest]) < 0.5).sum())
     if doubled:
-        findings.warn(f"{counted(doubled, 'triangle')} that lie on others reflect as one with them, and less in renders: "
+        findings.warn(f"{counted(doubled, 'triangle')} that lie on others reflect as one with them, less in renders: "
                       f"look for doubled faces, or objects")  # fmt: skip
 
 

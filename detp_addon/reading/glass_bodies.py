@@ -40,16 +40,19 @@ def without_faint(response: Response) -> Response:
     return _chosen(specular < _FAINT, plain, response)
 
 
-def settled_glass(response: Response, vertices: np.ndarray, triangles: np.ndarray, rows: np.ndarray) -> Response:
+def settled_glass(
+    response: Response, vertices: np.ndarray, triangles: np.ndarray, rows: np.ndarray
+) -> tuple[Response, np.ndarray, np.ndarray]:
     """The ``response`` of some triangles of a mesh, its ``rows`` (R,), with straight passage for all glass that is not
-    a body.
+    a body; and which of them (R,) are panes, and which sheets (R,), where it would have bent light.
 
     ``vertices`` (V, 3) and ``triangles`` (T, 3) are the mesh's.
     """
     body, pane = (which[rows] for which in _bodies_and_panes(vertices, triangles))
-    refracts = body & (np.abs(response.ior[:, 0] - 1.0) > _LEAST_BEND)
-    straight = straightened(response, sheet=~pane[:, None] & ~body[:, None])
-    return _chosen((response.gloss + response.clear).any(axis=1) & ~refracts, straight, response)
+    glass, bends = (response.gloss + response.clear).any(axis=1), np.abs(response.ior[:, 0] - 1.0) > _LEAST_BEND
+    sheet = ~pane & ~body
+    settled = _chosen(glass & ~(body & bends), straightened(response, sheet[:, None]), response)
+    return settled, glass & bends & pane, glass & bends & sheet
 
 
 def straightened(response: Response, sheet) -> Response:

@@ -103,6 +103,15 @@ class Materials:
         for name in self._told_mirrors:
             self._findings.left_out("what {} show to mirrors and through glass alone", "material", name)
 
+    def name_straight(self, panes: list[str], sheets: list[str]) -> None:
+        """Name the materials of glass ``panes``, and of single ``sheets`` of glass, which do not bend light here."""
+        for name in panes:
+            self._findings.left_out("how panes of {} bend and spread light: it passes straight, as much at every angle",
+                                    "material", name)  # fmt: skip
+        for name in sheets:
+            self._findings.left_out("how {} of glass on open faces bend light, once in renders: it passes straight, as "
+                                    "through panes", "material", name)  # fmt: skip
+
     def evaluate(
         self, recipe: Recipe, corners: dict[tuple[str, str], np.ndarray], count: int
     ) -> tuple[dict[int, Response], np.ndarray]:

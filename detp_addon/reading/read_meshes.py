@@ -155,14 +155,14 @@ def respond(surfaces: list[MeshSurface], materials: Materials) -> Optics:
         front.put(rows, found[0])
         if len(found) > 1:
             differing.append((rows, [found[same_view(number, recipe.asks)] for number in range(len(VIEWS))]))
-    _settle(front, np.arange(starts[-1]), surfaces, starts)
+    _settle(front, np.arange(starts[-1]), surfaces, starts, materials)
     rows = np.concatenate([np.zeros(0, np.int64), *(rows for rows, _ in differing)])
     order, views, known = np.argsort(rows), [], {}
     for parts in zip(*(found for _, found in differing), strict=True):
         same = tuple(map(id, parts))
         if same not in known:
             known[same] = Response.joined(parts).rows(order)
-            _settle(known[same], rows[order], surfaces, starts)
+            _settle(known[same], rows[order], surfaces, starts, materials)
         views.append(known[same])
     return Optics(front, rows[order], tuple(views), tuple(patterned))
 
@@ -183,7 +183,9 @@ def _wearers(surfaces: list[MeshSurface]) -> Iterator[tuple[Recipe, list[tuple[i
     yield from wearers.values()
 
 
-def _settle(response: Response, rows: np.ndarray, surfaces: list[MeshSurface], starts: np.ndarray) -> None:
+def _settle(
+    response: Response, rows: np.ndarray, surfaces: list[MeshSurface], starts: np.ndarray, materials: Materials
+) -> None:
     """Settle what is faint and what is glass in the ``response`` of the triangles ``rows`` (R,), which ascend.
 
     Those of each of the ``surfaces`` begin at ``starts``.
@@ -195,7 +197,12 @@ def _settle(response: Response, rows: np.ndarray, surfaces: list[MeshSurface], s
     for number in np.flatnonzero(any_of((response.gloss + response.clear).any(axis=1), ends)):
         here, surface = slice(ends[number], ends[number + 1]), surfaces[number]
         own = rows[here] - starts[number]
-        response.put(here, settled_glass(response.rows(here), surface.vertices, surface.triangles, own))
+        settled, *straight = settled_glass(response.rows(here), surface.vertices, surface.triangles, own)
+        response.put(here, settled)
+        panes, sheets = (
+            [surface.recipes[row].name for row in np.unique(surface.recipe_rows[own[some]])] for some in straight
+        )
+        materials.name_straight(panes, sheets)
 
 
 def _recipes(mesh, slots: list, materials: Materials, count: int) -> tuple[tuple[Recipe, ...], np.ndarray]:

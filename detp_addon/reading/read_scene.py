@@ -19,6 +19,7 @@ from ...core.points import Points
 from ...core.rays import RayCaster
 from ...core.scene import Scene
 from ...core.sides import any_side
+from ...core.triangles import normals_and_areas
 from ..wording import counted
 from .doubled_faces import flush_with, share_alone
 from .face_places import PlacedFaces, drawn_anew, placed_faces
@@ -36,6 +37,9 @@ from .world_picture import world_lights
 
 #: faces are large beyond this share of the scene
 LARGE = 0.05
+
+#: so many of the faces that reflect, the largest, are looked at for others that lie on them
+LOOKED_AT = 4096
 
 #: where light is looked for: on the faces, whose values are fitted to it, or at their vertices
 FITS = ("faces", "vertices")
@@ -226,6 +230,10 @@ def _scene(read: RenderedObjects, placed: PlacedTriangles, world: list[Light], f
     if unshaded is not None and world:
         sentence = "shadow rays to the world: what they pass otherwise than diffuse rays do, the world's light does not"
         findings.left_out(sentence)
+    if unshaded is not None and emission.any():
+        sentence = "light of what shines that diffuse rays find: it passes, and is blocked, where shadow rays are"
+        findings.left_out(sentence)
+    _name_doubled(placed, any_side(albedo) & ~any_side(between), findings)
     _name_flush(placed, any_side(emission), ~any_side(between), findings)
     spread = seen("spread", 0)
     specular, lights = specular_table(read.surfaces, read.optics.front, read.placements, placed), (*read.lights, *world)
@@ -271,6 +279,19 @@ def _met_once(read: RenderedObjects, placed: PlacedTriangles, findings: Findings
     findings.warn(f"{counted(len(doubled), 'triangle')} that shine where others do count once: look for doubled faces, "
                   f"or objects")  # fmt: skip
     return placed.taken(np.delete(np.arange(len(placed.triangles)), doubled))
+
+
+def _name_doubled(placed: PlacedTriangles, reflects: np.ndarray, findings: Findings) -> None:
+    """Name opaque triangles that reflect and lie on others: a path that leaves one may meet the other at once."""
+    rows = np.flatnonzero(reflects)
+    if len(rows) == 0:
+        return
+    corners = placed.vertices[placed.triangles[rows]]
+    largest = np.argsort(-normals_and_areas(corners)[1], kind="stable")[:LOOKED_AT]
+    doubled = int((share_alone(corners[largest]) < 0.5).sum())
+    if doubled:
+        findings.warn(f"{counted(doubled, 'triangle')} that lie on others reflect as one with them, less in renders: "
+                      f"look for doubled faces, or objects")  # fmt: skip
 
 
 def _name_flush(placed: PlacedTriangles, shines: np.ndarray, opaque: np.ndarray, findings: Findings) -> None:

@@ -5,12 +5,14 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
+from detp.core.bake import baked  # noqa: E402
+from detp.core.points import Points  # noqa: E402
 from detp.core.settings import BakeSettings  # noqa: E402
 from detp.core.stages import finished  # noqa: E402
 from detp.detp_addon.job import bake_scene  # noqa: E402
 from detp.detp_addon.request import BakeRequest  # noqa: E402
 from detp.detp_addon.tradeoff.cycles_bake import light_of  # noqa: E402
-from made_scenes import fresh, linked, material, mesh, node, read  # noqa: E402
+from made_scenes import diffuse, fresh, linked, material, mesh, node, read, world  # noqa: E402
 
 SQUARE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
 FRONT, BACK = (0, 1, 2, 3), (3, 2, 1, 0)
@@ -95,3 +97,43 @@ def test_panes_that_let_light_through_shine_both():
 
     panel("panes", [FRONT, FRONT], shines=glow(pane))
     assert shone() == (pytest.approx(2.0), [])
+
+
+@pytest.mark.parametrize("faces, named", [([FRONT], 0), ([FRONT, BACK], 2), ([FRONT, (0, 1, 2)], 1)])
+def test_faces_that_reflect_and_lie_on_others_are_named(faces, named):
+    """Of doubled squares at the origin Cycles reflects a quarter of what one does."""
+    panel("panel", faces, shines=diffuse((0.8, 0.8, 0.8)))
+    words = [warning for warning in read().warnings if "lie on others" in warning]
+    assert [int(warning.split()[0]) for warning in words] == [named] * (named > 0)
+
+
+def from_above():
+    """E / pi from below at 0.2 m above the square's middle, and its share of what is seen from there."""
+    above = Points(np.array([(0.5, 0.5, 0.2)]), np.array([(0.0, 0.0, -1.0)]))
+    light = baked(read().scene, above, BakeSettings(error=0.005)).irradiance / np.pi
+    # The view factor (Howell, A Catalog of Radiation Heat Transfer Configuration Factors, B-3).
+    across = 0.5 / np.hypot(0.5, 0.2)
+    return light, 4.0 / np.pi * across * np.arctan(across)
+
+
+@pytest.mark.parametrize("faces", [[FRONT], [FRONT, BACK], [FRONT, FRONT]])
+def test_doubled_faces_reflect_as_one(faces):
+    world((1, 1, 1))
+    panel("panel", faces, shines=diffuse((0.8, 0.8, 0.8)))
+    light, seen = from_above()
+    assert np.allclose(light, 0.8 * seen + 1.0 - seen, rtol=0.01)
+
+
+@pytest.mark.parametrize("faces", [[FRONT], [FRONT, BACK], [FRONT, FRONT]])
+def test_doubled_faces_that_shine_and_reflect_make_no_light_between_them(faces):
+    """Of doubled squares in the dark Cycles shows up to five times what one gives, which made a tree's crown bright."""
+
+    def both(tree):
+        dull = node(tree, "ShaderNodeBsdfDiffuse", Color=(0.8, 0.8, 0.8, 1))
+        shining = node(tree, "ShaderNodeEmission", Color=(1, 1, 1, 1), Strength=1.0)
+        return node(tree, "ShaderNodeAddShader", Shader=dull.outputs[0], Shader_001=shining.outputs[0])
+
+    world((0, 0, 0))
+    panel("panel", faces, shines=material(both))
+    light, seen = from_above()
+    assert np.allclose(light, seen, rtol=0.01)

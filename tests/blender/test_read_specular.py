@@ -205,3 +205,26 @@ def test_a_baked_glass_ball_throws_its_bright_spot_and_a_black_one_a_shadow():
         bpy.data.objects.remove(ball)
     # At the focus of a ball of index 1.5 the sun's light is gathered from a disc many times as large.
     assert light["black"] == 0.0 and light["glass"] > 10.0
+
+
+@pytest.mark.parametrize("height, says", [
+    (0.0, "how 1 material (material) of glass on open faces bend light"),
+    (0.01, "how panes of 1 material (material) bend and spread light"),
+    (1.0, None),
+])  # fmt: skip
+def test_glass_that_does_not_bend_light_is_named(height, says):
+    """A lamp behind a single face of it lit a floor 0.6 to 1.5 times as much as in Cycles, without a word."""
+    if height == 0.0:
+        obj = quad()
+    else:
+        obj = cube()
+        for vertex in obj.data.vertices:
+            vertex.co.z *= height
+    _, result = worn(obj, "BsdfGlass", Color=(1, 1, 1, 1), IOR=1.5)
+    said = [sentence for sentence in result.left_out if "bend" in sentence]
+    assert len(said) == (says is not None) and all(sentence.startswith(says) for sentence in said)
+
+
+def test_glass_of_index_one_is_not_named():
+    _, result = worn(quad(), "BsdfGlass", Color=(1, 1, 1, 1), IOR=1.0)
+    assert not any("bend" in sentence for sentence in result.left_out)

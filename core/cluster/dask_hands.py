@@ -128,7 +128,7 @@ class DaskHands:
             if missing is not None:
                 raise ClusterError(f"The {who} has no {missing[1]}: install this detp there too.")
             if isinstance(code, OSError):
-                continue  # it is on its way out, or its machine is: its pieces go to others, as those of any that is lost
+                continue  # it is on its way out, or its machine is: its pieces go to others
             if isinstance(code, Exception):
                 raise ClusterError(f"The {who} cannot run detp: {code}")
             if code != self._code:

@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from ..estimator.estimate import Accumulator, IrradianceEstimate
+from ..estimator.crossing_sums import Accumulator, BatchSums, CrossingSums
+from ..estimator.estimate import IrradianceEstimate
 from ..estimator.visible_area import VisibleDiscs
+from ..gatherers.choose import make_gatherer
 from ..gatherers.gatherer import Gatherer
 from ..parallel import ordered_map
 from ..random_streams import random_stream
 from ..segments import Segments
 from ..stages import Stopwatch
 from .photon_journal import PhotonJournal
-from .tracing import PhotonTracer
+from .tracing import PhotonTracer, TracedPhotons
+
+if TYPE_CHECKING:
+    from ..cluster.crew import Crew
 
 #: Particles traced at a time, and gathered at a time. Fixed, because the random numbers follow from them:
 #: a seed gives the same light whatever the machine, the gatherer or the number of threads.
@@ -53,22 +58,56 @@ class PhotonSearch:
         some = segments.of_kind(self.kind)
         return some if self.most is None else some.taken(some.bounce <= self.most)
 
+    def gathered(self, segments: Segments) -> Generator[None, None, CrossingSums]:
+        """Find what ``segments``, all of some particles, bring to the discs, step by step."""
+        segments, placed = self.wanted(segments), self.placed
+        accumulator = Accumulator(placed.discs, segments, placed.area)
+        yield
+        for crossings in self.gatherer.crossings(segments):
+            accumulator.add(crossings)
+            yield
+        return accumulator.sums()
+
     def count(self, particles: int) -> int:
         """How many of so many ``particles`` count."""
         return particles if self.half is None else (particles + 1 - self.half) // 2
 
 
+@dataclass(frozen=True)
+class PhotonPiece:
+    """Particles that are traced and gathered together: ``count`` of them from the number ``start`` on, and what part
+    they are of the batch, the ``share``."""
+
+    start: int
+    count: int
+    share: float
+
+
+@dataclass(frozen=True)
+class PieceSums:
+    """What a piece of particles brings: the number of its ``segments``, the flux (3,) W that was ``cut``, times the
+    particles, and the ``sums`` of each search."""
+
+    segments: int
+    cut: np.ndarray
+    sums: tuple[CrossingSums, ...]
+
+
 class PhotonLight:
     """What photons bring to each of some ``searches``, batch after batch.
 
+    Batches are worked on in pieces, each with random numbers and sums of its own, by this process or by the workers of
+    a ``crew``; the light is the same.
+
     Attributes: how many ``particles`` were traced so far, how many of their ``segments`` were gathered, and how many
-    ``crossings`` were found; ``journal``, which keeps all of them where a bake is to be updated, or None.
+    ``crossings`` were found; ``journal``, which keeps all of them where a bake is to be updated, or None: it takes that
+    there is no crew.
     """
 
     journal: PhotonJournal | None = None
 
-    def __init__(self, tracer: PhotonTracer, searches: Sequence[PhotonSearch], seed: int):
-        self._tracer, self.searches, self._seed = tracer, searches, seed
+    def __init__(self, tracer: PhotonTracer, searches: Sequence[PhotonSearch], seed: int, crew: Crew | None = None):
+        self._tracer, self.searches, self._seed, self._crew = tracer, searches, seed, crew
         self._cut = np.zeros(3)
         self.particles = self.segments = self.crossings = 0
 
@@ -77,49 +116,77 @@ class PhotonLight:
         """The (3,) W of the lights' flux that the bounce limit cut off."""
         return self._cut / max(self.particles, 1)
 
+    def make_gatherers(self, name: str) -> tuple[str, str]:
+        """Make the searches' gatherers, one for all of the same discs, by ``name``, as :func:`.make_gatherer` does.
+
+        The workers make theirs, if there are any.
+        """
+        made: dict[int, tuple[Gatherer, str]] = {}
+        for search in self.searches:
+            discs = search.placed.discs
+            if self._crew is not None:
+                discs = discs.taken(slice(0, 0))
+            key = id(search.placed.discs.centres)
+            made[key] = made.get(key) or make_gatherer(name, discs)
+            search.gatherer, why = made[key]
+        return search.gatherer.name, why
+
     def batch(self, particles: int, stopwatch: Stopwatch) -> Iterator[str]:
         """Trace so many ``particles`` more and gather their segments; yields what is being done.
 
-        The time counts for the stopwatch's stages "trace" and "gather".
+        The time counts for the stopwatch's stages "trace" and "gather", that of workers for the latter.
         """
         starts = range(self.particles, self.particles + particles, PHOTONS_PER_TRACE)
-        shares = [min(PHOTONS_PER_TRACE, starts.stop - start) for start in starts]
-        traces = ordered_map(
-            lambda task: self._tracer.trace(task[0], self._generator(task[1]), task[1]),
-            zip(shares, starts, strict=True),
-        )
+        counts = [min(PHOTONS_PER_TRACE, starts.stop - start) for start in starts]
+        pieces = [PhotonPiece(start, count, count / particles) for start, count in zip(starts, counts, strict=True)]
+        batches = [BatchSums(search.placed.area.nested) for search in self.searches]
+        work = self._worked(pieces, stopwatch)
+        if self._crew is not None:
+            work = stopwatch.timed("gather", self._crew.photons(pieces))
         yield "Tracing photons"
-        parts = []
-        for share, traced in zip(shares, stopwatch.timed("trace", traces), strict=True):
-            segments = traced.segments
-            if self.journal is not None:
-                self.journal.keep(segments.weighted(share), traced.lights)
-                # It keeps all; what is gathered is as without it, and so is what a step costs.
-                segments = segments if any(search.kind == "direct" for search in self.searches) else segments.indirect
-            # Each part carries the scene's full power; in its batch it stands for its share of the particles.
-            parts.append(segments.weighted(share / particles))
-            self._cut += traced.cut_flux * share
-            yield "Tracing photons"
-        segments = Segments.joined(parts)
-        self.segments += len(segments)
-        self.particles += particles
-        for search in self.searches:
-            for _ in self._gathered(search, segments, particles, stopwatch):
+        for found in work:
+            if found is None:
                 yield "Gathering"
-
-    def _gathered(self, search: PhotonSearch, segments: Segments, particles: int, stopwatch) -> Iterator[None]:
-        with stopwatch("gather"):
-            segments, placed = search.wanted(segments), search.placed
-            accumulator = Accumulator(placed.discs, segments, search.count(particles), placed.area)
-        yield
-        for crossings in stopwatch.timed("gather", search.gatherer.crossings(segments)):
-            self.crossings += len(crossings)
+                continue
             with stopwatch("gather"):
-                accumulator.add(crossings)
-            yield
+                self._count(found, batches)
+            yield "Tracing photons"
+        self.particles += particles
         with stopwatch("gather"):
-            search.estimate = search.estimate.merged(accumulator.estimate())
+            for search, batch in zip(self.searches, batches, strict=True):
+                search.estimate = search.estimate.merged(batch.estimate(search.count(particles)))
 
-    def _generator(self, start: int) -> np.random.Generator:
-        """The random numbers of the particles from ``start`` on."""
-        return random_stream(self._seed, "photons", start)
+    def found(self, piece: PhotonPiece) -> PieceSums:
+        """What that ``piece`` brings, in one call: a worker's part."""
+        *_, found = self._gathered(piece, self._traced(piece))
+        return found
+
+    def _worked(self, pieces: list[PhotonPiece], stopwatch: Stopwatch) -> Iterator[PieceSums | None]:
+        """What the ``pieces`` bring, one after the other, and None at each step on the way."""
+        traces = ordered_map(self._traced, pieces)
+        for piece, traced in zip(pieces, stopwatch.timed("trace", traces), strict=True):
+            if self.journal is not None:
+                self.journal.keep(traced.segments.weighted(piece.count), traced.lights)
+            yield from stopwatch.timed("gather", self._gathered(piece, traced))
+
+    def _traced(self, piece: PhotonPiece) -> TracedPhotons:
+        return self._tracer.trace(piece.count, random_stream(self._seed, "photons", piece.start), piece.start)
+
+    def _gathered(self, piece: PhotonPiece, traced: TracedPhotons) -> Iterator[PieceSums | None]:
+        """None at each step, and at last what the piece brings."""
+        segments = traced.segments
+        if self.journal is not None and all(search.kind != "direct" for search in self.searches):
+            segments = segments.indirect  # it keeps all; what is gathered is as without it, and so is what a step costs
+        # Each piece carries the scene's full power; in its batch it stands for its share of the particles.
+        segments, sums = segments.weighted(piece.share), []
+        for search in self.searches:
+            sums.append((yield from search.gathered(segments)))
+        yield PieceSums(len(segments), traced.cut_flux * piece.count, tuple(sums))
+
+    def _count(self, found: PieceSums, batches: Sequence[BatchSums]) -> None:
+        """Count in what a piece of the ``batches``, one for each search, brought."""
+        self._cut += found.cut
+        self.segments += found.segments
+        for batch, sums in zip(batches, found.sums, strict=True):
+            self.crossings += sums.crossings
+            batch.add(sums)

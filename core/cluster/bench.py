@@ -95,7 +95,8 @@ class Bench:
 
     def _lay_searches(self, tracing: tuple, searches: tuple) -> None:
         tracer = PhotonTracer(self.scene, self.caster, *tracing)
-        self.photons = PhotonLight(tracer, [PhotonSearch(*each) for each in searches], self.settings.seed)
+        found = [PhotonSearch(kind, VisibleDiscs.of(*told), *counts) for kind, told, *counts in searches]
+        self.photons = PhotonLight(tracer, found, self.settings.seed)
         self.photons.make_gatherers(self.settings.gatherer)
 
 
@@ -110,9 +111,9 @@ def _stand(bench: Bench, begin: int, end: int) -> Standpoints:
     return Standpoints.joined(list(found))
 
 
-def _place(bench: Bench, *discs) -> VisibleDiscs:
-    """Discs as :func:`.visible_discs` takes them, and what their centres see of them."""
-    return VisibleDiscs.joined(list(visible_discs(bench.caster, *discs)))
+def _place(bench: Bench, *discs) -> tuple:
+    """Of discs as :func:`.visible_discs` takes them, what tells what their centres see of them."""
+    return VisibleDiscs.joined(list(visible_discs(bench.caster, *discs))).told()
 
 
 def _cast(bench: Bench, piece) -> tuple:

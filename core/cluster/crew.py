@@ -81,7 +81,8 @@ class Crew:
             beside, up = (None if each is None else each[rows] for each in (inward, facing))
             return discs.taken(rows), beside, every, up
 
-        return self._map("place", map(piece, slices(len(discs), POINTS_PER_CHUNK)))
+        for told in self._map("place", map(piece, slices(len(discs), POINTS_PER_CHUNK))):
+            yield VisibleDiscs.of(*told)
 
     def know_records(self, finder: RecordFinder) -> None:
         """Let all know where the records are."""
@@ -93,7 +94,7 @@ class Crew:
 
     def know_searches(self, tracing: tuple, searches: Sequence[PhotonSearch]) -> None:
         """Let all know where photons are looked for, and of what their tracer is made beside the scene."""
-        self._give("searches", tracing, [(s.kind, s.placed, s.half, s.most) for s in searches])
+        self._give("searches", tracing, [(s.kind, s.placed.told(), s.half, s.most) for s in searches])
 
     def photons(self, pieces: Sequence[PhotonPiece]) -> Iterator[PieceSums]:
         """What the ``pieces`` of photons bring to the searches."""

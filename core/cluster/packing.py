@@ -13,7 +13,6 @@ from ..discs import TangentDiscs
 from ..errors import ClusterError
 from ..estimator.crossing_sums import CrossingSums
 from ..estimator.standpoints import Standpoints
-from ..estimator.visible_area import VisibleArea, VisibleDiscs
 from ..lights.area import AreaLight
 from ..lights.environment import EnvironmentWorld
 from ..lights.point import PointLight
@@ -30,7 +29,6 @@ from ..settings import BakeSettings
 _KINDS = (
     AreaLight, BakeSettings, Bounds, CastPiece, CrossingSums, EnvironmentWorld, PhotonPiece, PieceSums, PointGroups,
     PointLight, Points, Scene, Specular, SpotLight, Standpoints, Stands, SunLight, TangentDiscs, UniformWorld,
-    VisibleArea, VisibleDiscs,
 )  # fmt: skip
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import groupby, islice
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -13,7 +14,7 @@ from ..estimator.estimate import IrradianceEstimate
 from ..estimator.visible_area import VisibleDiscs
 from ..gatherers.choose import make_gatherer
 from ..gatherers.gatherer import Gatherer
-from ..parallel import ordered_map
+from ..parallel import interleaved, ordered_map, slices, worker_count
 from ..random_streams import random_stream
 from ..segments import Segments
 from ..stages import Stopwatch
@@ -27,6 +28,13 @@ if TYPE_CHECKING:
 #: a seed gives the same light whatever the machine, the gatherer or the number of threads.
 PHOTONS_PER_TRACE = 1 << 15
 PHOTONS_PER_GATHER = 1 << 18
+
+#: A batch of few traces is cut up further, into about so many pieces, but of so many particles at least, so that there
+#: is work for all.
+PIECES, LEAST_PER_PIECE = 8, 1 << 12
+
+#: Rings of discs that may be summed up side by side, by threads with sums of their own of all discs.
+MOST_SUMS = 1 << 24
 
 
 @dataclass
@@ -75,19 +83,34 @@ class PhotonSearch:
 
 @dataclass(frozen=True)
 class PhotonPiece:
-    """Particles that are traced and gathered together: ``count`` of them from the number ``start`` on, and what part
-    they are of the batch, the ``share``."""
+    """Particles that are gathered together: those from the number ``first`` to before ``last``, out of ``count`` that
+    are traced together, from the number ``start`` on. These are a ``share`` of the batch."""
 
     start: int
     count: int
     share: float
+    first: int
+    last: int
+
+    @classmethod
+    def of_batch(cls, begin: int, particles: int) -> list[PhotonPiece]:
+        """Those of so many ``particles``, from the number ``begin`` on."""
+        pieces, end = [], begin + particles
+        traces = range(begin, end, PHOTONS_PER_TRACE)
+        size = max(PHOTONS_PER_TRACE // max(PIECES // len(traces), 1), LEAST_PER_PIECE)
+        for start in traces:
+            count = min(PHOTONS_PER_TRACE, end - start)
+            parts = ((start + part.start, start + part.stop) for part in slices(count, size))
+            pieces += [cls(start, count, count / particles, *part) for part in parts]
+        return pieces
 
 
 @dataclass(frozen=True)
 class PieceSums:
-    """What a piece of particles brings: the number of its ``segments``, the flux (3,) W that was ``cut``, times the
-    particles, and the ``sums`` of each search."""
+    """What a ``piece`` of particles brings: the number of its ``segments``, and the ``sums`` of each search; and, with
+    the first of those traced together, the flux (3,) W that was ``cut`` of all these, times their number."""
 
+    piece: PhotonPiece
     segments: int
     cut: np.ndarray
     sums: tuple[CrossingSums, ...]
@@ -96,8 +119,8 @@ class PieceSums:
 class PhotonLight:
     """What photons bring to each of some ``searches``, batch after batch.
 
-    Batches are worked on in pieces, each with random numbers and sums of its own, by this process or by the workers of
-    a ``crew``; the light is the same.
+    Batches are worked on in pieces, each with sums of its own, which are added in their order: the light is the same by
+    any number of threads, and by the workers of a ``crew``.
 
     Attributes: how many ``particles`` were traced so far, how many of their ``segments`` were gathered, and how many
     ``crossings`` were found; ``journal``, which keeps all of them where a bake is to be updated, or None: it takes that
@@ -109,6 +132,7 @@ class PhotonLight:
     def __init__(self, tracer: PhotonTracer, searches: Sequence[PhotonSearch], seed: int, crew: Crew | None = None):
         self._tracer, self.searches, self._seed, self._crew = tracer, searches, seed, crew
         self._cut = np.zeros(3)
+        self._latest: tuple[int, TracedPhotons] | None = None
         self.particles = self.segments = self.crossings = 0
 
     @property
@@ -136,9 +160,7 @@ class PhotonLight:
 
         The time counts for the stopwatch's stages "trace" and "gather", that of workers for the latter.
         """
-        starts = range(self.particles, self.particles + particles, PHOTONS_PER_TRACE)
-        counts = [min(PHOTONS_PER_TRACE, starts.stop - start) for start in starts]
-        pieces = [PhotonPiece(start, count, count / particles) for start, count in zip(starts, counts, strict=True)]
+        pieces = PhotonPiece.of_batch(self.particles, particles)
         batches = [BatchSums(search.placed.area.nested) for search in self.searches]
         work = self._worked(pieces, stopwatch)
         if self._crew is not None:
@@ -158,30 +180,51 @@ class PhotonLight:
 
     def found(self, piece: PhotonPiece) -> PieceSums:
         """What that ``piece`` brings, in one call: a worker's part."""
-        *_, found = self._gathered(piece, self._traced(piece))
+        # What is traced together is often asked for piece by piece.
+        if self._latest is None or self._latest[0] != piece.start:
+            self._latest = piece.start, self._traced(piece)
+        *_, found = self._gathered(piece, self._latest[1])
         return found
 
     def _worked(self, pieces: list[PhotonPiece], stopwatch: Stopwatch) -> Iterator[PieceSums | None]:
-        """What the ``pieces`` bring, one after the other, and None at each step on the way."""
-        traces = ordered_map(self._traced, pieces)
-        for piece, traced in zip(pieces, stopwatch.timed("trace", traces), strict=True):
+        """What the ``pieces`` bring, in their order, and None at each step on the way."""
+        rings = sum(search.placed.area.nested.size for search in self.searches)
+        together = int(np.clip(MOST_SUMS // max(rings, 1), 1, worker_count()))
+        tasks = self._tasks(pieces, stopwatch)
+        while some := list(islice(tasks, together)):
+            found = []
+            for step in stopwatch.timed("gather", interleaved(self._gathered(*task) for task in some)):
+                if step is None:
+                    yield None
+                else:
+                    found.append(step)
+            yield from sorted(found, key=lambda each: each.piece.first)
+
+    def _tasks(self, pieces: list[PhotonPiece], stopwatch: Stopwatch) -> Iterator[tuple[PhotonPiece, TracedPhotons]]:
+        """The ``pieces``, each with those that were traced with it."""
+        together = [list(some) for _, some in groupby(pieces, lambda piece: piece.start)]
+        traces = ordered_map(self._traced, [some[0] for some in together])
+        for some, traced in zip(together, stopwatch.timed("trace", traces), strict=True):
             if self.journal is not None:
-                self.journal.keep(traced.segments.weighted(piece.count), traced.lights)
-            yield from stopwatch.timed("gather", self._gathered(piece, traced))
+                self.journal.keep(traced.segments.weighted(some[0].count), traced.lights)
+            yield from ((piece, traced) for piece in some)
 
     def _traced(self, piece: PhotonPiece) -> TracedPhotons:
         return self._tracer.trace(piece.count, random_stream(self._seed, "photons", piece.start), piece.start)
 
     def _gathered(self, piece: PhotonPiece, traced: TracedPhotons) -> Iterator[PieceSums | None]:
         """None at each step, and at last what the piece brings."""
-        segments = traced.segments
+        segments, sums = traced.segments, []
         if self.journal is not None and all(search.kind != "direct" for search in self.searches):
             segments = segments.indirect  # it keeps all; what is gathered is as without it, and so is what a step costs
-        # Each piece carries the scene's full power; in its batch it stands for its share of the particles.
-        segments, sums = segments.weighted(piece.share), []
+        if piece.last - piece.first < piece.count:
+            segments = segments.taken((segments.particle >= piece.first) & (segments.particle < piece.last))
+        # All that are traced together carry the scene's full power; in the batch they stand for their share of it.
+        segments = segments.weighted(piece.share)
         for search in self.searches:
             sums.append((yield from search.gathered(segments)))
-        yield PieceSums(len(segments), traced.cut_flux * piece.count, tuple(sums))
+        cut = traced.cut_flux * (piece.count if piece.first == piece.start else 0)
+        yield PieceSums(piece, len(segments), cut, tuple(sums))
 
     def _count(self, found: PieceSums, batches: Sequence[BatchSums]) -> None:
         """Count in what a piece of the ``batches``, one for each search, brought."""

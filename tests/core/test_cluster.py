@@ -119,6 +119,16 @@ def test_packed_values_come_back_as_they_were():
     assert np.array_equal(unpacked(packed(sun)).direction, sun.direction)
 
 
+def test_zeros_take_no_bytes_and_stay_what_they_are():
+    nothing = np.zeros((1000, 3)), np.zeros(1000, np.uint16), np.zeros((7, 1000), np.float32)[:, ::2]
+    data = packed((*nothing, np.zeros(1000, bool), np.full(3, -0.0)))
+    assert len(data) < 1000
+    *back, minus = unpacked(data)
+    for one, other in zip(back, (*nothing, np.zeros(1000, bool)), strict=True):
+        assert np.array_equal(one, other) and one.dtype == other.dtype and one.shape == other.shape
+    assert np.signbit(minus).all()
+
+
 @pytest.mark.parametrize("value", [print, np.array([print]), object(), {1}, b"code"])
 def test_nothing_but_arrays_numbers_and_names_travels(value):
     with pytest.raises(ClusterError, match="cannot be sent"):
@@ -130,6 +140,11 @@ def test_bytes_that_are_no_part_of_a_bake_are_refused():
     for tree in ('{"Popen": [["sh"]]}', '{"array": 7}', '{"array": 0, "Scene": []}', "[["):
         text = json.dumps([("<f8", (4,), 0)])
         made = np.frombuffer(np.array([len(tree), len(text)], "<i8").tobytes() + (tree + text).encode(), np.uint8)
+        with pytest.raises(ClusterError, match="no part of a bake"):
+            unpacked(made)
+    for shape in ([-1], [10**15], [10**30], ["a"]):
+        text = json.dumps([("<f8", shape, None)])
+        made = np.frombuffer(np.array([11, len(text)], "<i8").tobytes() + ('{"array":0}' + text).encode(), np.uint8)
         with pytest.raises(ClusterError, match="no part of a bake"):
             unpacked(made)
     with pytest.raises(ClusterError, match="no part of a bake"):

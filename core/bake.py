@@ -19,8 +19,6 @@ from .estimator.visible_area import VisibleDiscs, placing, whole_discs
 from .fit.vertex_fit import ShownErrors, VertexFit
 from .gather.record_light import RecordLight
 from .gather.records import WIDTH, Records, scouted
-from .gatherers.choose import make_gatherer
-from .gatherers.gatherer import Gatherer
 from .irradiance import Irradiance
 from .photons.distant_light import wanted_box
 from .photons.emission import lights_of
@@ -194,7 +192,7 @@ class Baking:
             placed = VisibleDiscs.joined((yield from during("Placing the discs", 0.0, parts)))
             self.searches = [PhotonSearch(kind, placed) for kind in kinds]
         searches = self.searches + (self.records.searches if self.gathers else [])
-        self.photons = PhotonLight(self.tracer, searches, settings.seed) if searches else None
+        self.photons = PhotonLight(self.tracer, searches, settings.seed, self._crew) if searches else None
         if self.photons is not None:
             self.photons.journal = self._journal
 
@@ -235,7 +233,10 @@ class Baking:
         """Trace so many ``photons`` more."""
         done = self.photons.particles
         if done == 0:
-            self._make_gatherers()
+            with self._stopwatch("gather"):
+                self._names = self.photons.make_gatherers(self._settings.gatherer)
+                if self._crew is not None:
+                    self._crew.know_searches(self.tracing, self.photons.searches)
             yield Progress("Tracing photons", refinement.fraction)
         elif self.gathers:
             looking = self._stopwatch.timed("shadow", self.records.look_at_lights(photons / done))
@@ -244,16 +245,6 @@ class Baking:
             yield Progress(phase, refinement.fraction)
         if self.gathers:
             self.records.update()
-
-    def _make_gatherers(self) -> None:
-        """Make the searches' gatherers, one for all of the same discs."""
-        with self._stopwatch("gather"):
-            made: dict[int, Gatherer] = {}
-            for search in self.photons.searches:
-                if id(search.placed) not in made:
-                    gatherer, reason = make_gatherer(self._settings.gatherer, search.placed.discs)
-                    made[id(search.placed)], self._names = gatherer, (gatherer.name, reason)
-                search.gatherer = made[id(search.placed)]
 
     def _part(self, kind: str) -> Irradiance:
         """That ``kind`` of light by discs at the points themselves."""

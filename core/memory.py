@@ -22,6 +22,9 @@ BAKING_TRIANGLE, BAKING_POINT, BAKING = 400, 2650, 400_000_000
 #: bytes of the scene that a worker is sent, for each triangle and each estimation point
 SENT_TRIANGLE, SENT_POINT = 150, 100
 
+#: bytes that a worker takes for each disc at which photons are looked for
+SEARCHED_DISC = 1_700
+
 #: where Linux keeps the limits of groups of processes, as containers are
 GROUPS = Path("/sys/fs/cgroup")
 
@@ -61,9 +64,10 @@ def check_baking(triangles: int, points: int, free: int | None = None) -> None:
     _check(needed, triangles, f"{_many(points)} points", free)
 
 
-def check_workers(triangles: int, points: int, workers: int, free: int | None = None) -> None:
-    """Raise OutOfMemoryError when so many ``workers`` on this machine cannot each hold the scene; the rest as above."""
-    each = (BAKING_TRIANGLE + SENT_TRIANGLE) * triangles + SENT_POINT * points
+def check_workers(triangles: int, points: int, discs: int, workers: int, free: int | None = None) -> None:
+    """Raise OutOfMemoryError when so many ``workers`` on this machine cannot each hold the scene, and ``discs`` where
+    photons are looked for; the rest as above."""
+    each = (BAKING_TRIANGLE + SENT_TRIANGLE) * triangles + SENT_POINT * points + SEARCHED_DISC * discs
     _check(workers * each, triangles, f"{workers} workers", free)
 
 

@@ -27,21 +27,25 @@ def packed(value, kinds: Iterable[type]) -> np.ndarray:
     places, end = [], 0
     arrays = [array for _, array in arrays.values()]
     for array in arrays:
-        places.append((array.dtype.str, array.shape, end))
-        end += -(-array.nbytes // _ALIGNED) * _ALIGNED
+        # Of what is not yet known much is zero, which takes no bytes.
+        held = bool(array.any() or (array.dtype.kind == "f" and np.signbit(array).any()))
+        places.append((array.dtype.str, array.shape, end if held else None))
+        end += -(-array.nbytes // _ALIGNED) * _ALIGNED if held else 0
     head = json.dumps(places).encode()
     begin = -(-(16 + len(tree) + len(head)) // _ALIGNED) * _ALIGNED
     data = np.empty(begin + end, np.uint8)
     data[:16] = np.array([len(tree), len(head)], "<i8").view(np.uint8)
     data[16 : 16 + len(tree) + len(head)] = np.frombuffer(tree + head, np.uint8)
     for array, (_, _, place) in zip(arrays, places, strict=True):
+        if place is None:
+            continue
         rows = data[begin + place : begin + place + array.nbytes].view(array.dtype).reshape(array.shape)
         rows[...] = array
     return data
 
 
 def unpacked(data: np.ndarray, kinds: Iterable[type]):
-    """What was :func:`packed` into ``data`` (B,) uint8; its arrays are views of that.
+    """What was :func:`packed` into ``data`` (B,) uint8; its arrays are views of that, or zero.
 
     Raises ValueError on anything else, and on objects of other classes than ``kinds``.
     """
@@ -52,7 +56,7 @@ def unpacked(data: np.ndarray, kinds: Iterable[type]):
         begin = -(-(16 + tree + head) // _ALIGNED) * _ALIGNED
         arrays = [_array(data[begin:], *place) for place in json.loads(text[tree:])]
         return _made(json.loads(text[:tree]), arrays, _by_name(kinds))
-    except (ValueError, KeyError, IndexError, TypeError, RecursionError) as error:
+    except (ValueError, KeyError, IndexError, TypeError, RecursionError, OverflowError, MemoryError) as error:
         raise ValueError("these bytes were not packed so") from error
 
 
@@ -60,10 +64,12 @@ def _by_name(kinds: Iterable[type]) -> dict[str, type]:
     return {kind.__name__: kind for kind in kinds}
 
 
-def _array(data: np.ndarray, kind: str, shape: list[int], place: int) -> np.ndarray:
+def _array(data: np.ndarray, kind: str, shape: list[int], place: int | None) -> np.ndarray:
     dtype = np.dtype(kind)
     if dtype.kind not in _NUMBERS:
         raise ValueError(kind)
+    if place is None:
+        return np.zeros(shape, dtype)
     count = int(np.prod(shape, dtype=np.int64))
     return data[place : place + count * dtype.itemsize].view(dtype).reshape(shape)
 

@@ -10,7 +10,7 @@ import numpy as np
 from .costs import FOR_A_PHOTON, PLACING
 from .discs import TangentDiscs
 from .errors import InvalidSettingError
-from .estimator.estimate import Accumulator
+from .estimator.crossing_sums import Accumulator
 from .estimator.visible_area import whole_discs
 from .gatherers.disc_index import DiscIndex
 from .irradiance import Irradiance
@@ -81,10 +81,10 @@ def chosen_radius(
     segments = tracer.trace(PILOT_PHOTONS, generator).segments
     segments = segments.of_kind("caustic") if kinds == ["caustic"] else segments
     traced = time.perf_counter()
-    accumulator = Accumulator(placed.discs, segments, PILOT_PHOTONS, placed.area)
+    accumulator = Accumulator(placed.discs, segments, placed.area)
     for crossings in DiscIndex(placed.discs).crossings(segments):
         accumulator.add(crossings)
-    light = accumulator.estimate().irradiance
+    light = accumulator.estimate(PILOT_PHOTONS).irradiance
     error = light.relative_error
     if settings.direct_by == "shadow-rays":
         light += Irradiance(direct[rows], np.zeros((len(rows), 3)))

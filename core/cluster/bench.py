@@ -20,6 +20,8 @@ from ..gather.reflected_light import ReflectedLight
 from ..memory import keep_memory
 from ..parallel import alone
 from ..photons.emission import lights_of
+from ..photons.photon_light import PhotonLight, PhotonPiece, PhotonSearch, PieceSums
+from ..photons.tracing import PhotonTracer
 from ..points import Points
 from ..rays import RayCaster
 from ..scene import Scene
@@ -73,6 +75,7 @@ class Bench:
         self.caster = RayCaster(scene.corners, points.centres)
         self.lights = lights_of(scene)
         self.reflected: ReflectedLight | None = None
+        self.photons: PhotonLight | None = None
         self._laid: dict[str, str] = {}
 
     def lay(self, key: str, data: np.ndarray) -> None:
@@ -90,6 +93,12 @@ class Bench:
     def _lay_light(self, direct: np.ndarray, indirect: np.ndarray) -> None:
         self.reflected.know(direct, indirect)
 
+    def _lay_searches(self, tracing: tuple, searches: tuple) -> None:
+        tracer = PhotonTracer(self.scene, self.caster, *tracing)
+        found = [PhotonSearch(kind, VisibleDiscs.of(*told), *counts) for kind, told, *counts in searches]
+        self.photons = PhotonLight(tracer, found, self.settings.seed)
+        self.photons.make_gatherers(self.settings.gatherer)
+
 
 def _stand(bench: Bench, begin: int, end: int) -> Standpoints:
     """Where the points from ``begin`` to before ``end`` can look around from."""
@@ -102,9 +111,9 @@ def _stand(bench: Bench, begin: int, end: int) -> Standpoints:
     return Standpoints.joined(list(found))
 
 
-def _place(bench: Bench, *discs) -> VisibleDiscs:
-    """Discs as :func:`.visible_discs` takes them, and what their centres see of them."""
-    return VisibleDiscs.joined(list(visible_discs(bench.caster, *discs)))
+def _place(bench: Bench, *discs) -> tuple:
+    """Of discs as :func:`.visible_discs` takes them, what tells what their centres see of them."""
+    return VisibleDiscs.joined(list(visible_discs(bench.caster, *discs))).told()
 
 
 def _cast(bench: Bench, piece) -> tuple:
@@ -112,4 +121,9 @@ def _cast(bench: Bench, piece) -> tuple:
     return DirectLight.cast_piece(piece, bench.scene, bench.caster, bench.settings, bench.lights, bench.reflected)
 
 
-TASKS: dict[str, Callable] = {"stand": _stand, "place": _place, "cast": _cast}
+def _photons(bench: Bench, piece: PhotonPiece) -> PieceSums:
+    """What photons bring to all discs."""
+    return bench.photons.found(piece)
+
+
+TASKS: dict[str, Callable] = {"stand": _stand, "place": _place, "cast": _cast, "photons": _photons}

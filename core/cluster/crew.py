@@ -6,7 +6,7 @@ bit for bit, whoever does them.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import count
 from typing import Protocol
 
@@ -18,6 +18,7 @@ from ..estimator.standpoints import POINTS_PER_CHUNK, Standpoints
 from ..estimator.visible_area import VisibleDiscs
 from ..gather.records import RecordFinder
 from ..parallel import slices
+from ..photons.photon_light import PhotonPiece, PhotonSearch, PieceSums
 from ..points import Points
 from ..scene import Scene
 from ..settings import BakeSettings
@@ -80,7 +81,8 @@ class Crew:
             beside, up = (None if each is None else each[rows] for each in (inward, facing))
             return discs.taken(rows), beside, every, up
 
-        return self._map("place", map(piece, slices(len(discs), POINTS_PER_CHUNK)))
+        for told in self._map("place", map(piece, slices(len(discs), POINTS_PER_CHUNK))):
+            yield VisibleDiscs.of(*told)
 
     def know_records(self, finder: RecordFinder) -> None:
         """Let all know where the records are."""
@@ -89,6 +91,14 @@ class Crew:
     def know_light(self, direct: np.ndarray, indirect: np.ndarray) -> None:
         """Let all know the light at the records, as :meth:`.ReflectedLight.know` takes it."""
         self._give("light", direct, indirect)
+
+    def know_searches(self, tracing: tuple, searches: Sequence[PhotonSearch]) -> None:
+        """Let all know where photons are looked for, and of what their tracer is made beside the scene."""
+        self._give("searches", tracing, [(s.kind, s.placed.told(), s.half, s.most) for s in searches])
+
+    def photons(self, pieces: Sequence[PhotonPiece]) -> Iterator[PieceSums]:
+        """What the ``pieces`` of photons bring to the searches."""
+        return self._map("photons", ((piece,) for piece in pieces), "searches")
 
     def cast(self, light: DirectLight, groups: list[slice], begin: int, rounds: np.ndarray) -> Iterator[None]:
         """Cast ``rounds`` (N,) of rays from the points of ``light``, from the round ``begin`` on, by ``groups``."""

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import ClusterError
+from ..gather.records import MOST_CELLS
 from ..memory import check_workers
 from ..parallel import worker_count
 from ..points import Points
@@ -59,7 +60,9 @@ def crew_of(address: str | None, scene: Scene, points: Points, settings: BakeSet
         yield None
         return
     if address == LOCAL:
-        check_workers(len(scene.triangles), len(points), worker_count())
+        at_points = "photons" in (settings.direct_by, settings.indirect_by)
+        discs = len(points) if at_points else min(len(points), 2 * MOST_CELLS)
+        check_workers(len(scene.triangles), len(points), discs, worker_count())
     with hands_at(address) as hands:
         yield Crew(hands, uuid.uuid4().hex, scene, points, settings)
 

@@ -11,14 +11,15 @@ from ..direct.point_groups import PointGroups
 from ..direct.stands import Stands
 from ..discs import TangentDiscs
 from ..errors import ClusterError
+from ..estimator.crossing_sums import CrossingSums
 from ..estimator.standpoints import Standpoints
-from ..estimator.visible_area import VisibleArea, VisibleDiscs
 from ..lights.area import AreaLight
 from ..lights.environment import EnvironmentWorld
 from ..lights.point import PointLight
 from ..lights.spot import SpotLight
 from ..lights.sun import SunLight
 from ..lights.world import UniformWorld
+from ..photons.photon_light import PhotonPiece, PieceSums
 from ..photons.specular import Specular
 from ..points import Points
 from ..scene import Scene
@@ -26,8 +27,8 @@ from ..settings import BakeSettings
 
 #: classes of which objects may travel
 _KINDS = (
-    AreaLight, BakeSettings, Bounds, CastPiece, EnvironmentWorld, PointGroups, PointLight, Points, Scene, Specular,
-    SpotLight, Standpoints, Stands, SunLight, TangentDiscs, UniformWorld, VisibleArea, VisibleDiscs,
+    AreaLight, BakeSettings, Bounds, CastPiece, CrossingSums, EnvironmentWorld, PhotonPiece, PieceSums, PointGroups,
+    PointLight, Points, Scene, Specular, SpotLight, Standpoints, Stands, SunLight, TangentDiscs, UniformWorld,
 )  # fmt: skip
 
 

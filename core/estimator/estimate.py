@@ -1,28 +1,19 @@
-"""From crossings to irradiance: the density estimate's running sums, and its standard error."""
+"""From sums over crossings to irradiance: the density estimate, and its standard error."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
-from ..discs import TangentDiscs
 from ..errors import InvalidArrayError
-from ..gatherers.gatherer import Crossings
 from ..irradiance import Irradiance
 from ..parallel import ordered_map, slices
-from ..segments import Segments
 from .nested_discs import nested_estimate
-from .repeated_crossings import RepeatedCrossings
-from .rings import OUTSIDE
-from .visible_area import VisibleArea
 
 #: Points that are worked out together, so that their arrays stay in the processor's cache.
 POINTS_PER_CHUNK = 1 << 12
-
-#: Crossings that are looked at in one array, side by side with others.
-CROSSINGS_PER_CHUNK = 1 << 14
 
 
 @dataclass(frozen=True)
@@ -161,84 +152,3 @@ def _student(freedom: int) -> float:
         (3 * z**7 + 19 * z**5 + 17 * z**3 - 15 * z) / 384,
     )
     return sum(term / freedom**power for power, term in enumerate(terms)) / z
-
-
-class Accumulator:
-    """Adds the crossings of ``discs`` by one batch of ``particles`` up to an :class:`IrradianceEstimate`.
-
-    Only crossings inside the ``visible`` area count, by its K rings. Attributes ``total`` (N, K, 3) W and ``squares``
-    (N, K, 3) W^2: the sums of the segments' flux, as they carry it, and of its square; ``contrasts`` (N, K, 3) W, see
-    :class:`IrradianceEstimate`.
-    """
-
-    def __init__(self, discs: TangentDiscs, segments: Segments, particles: int, visible: VisibleArea):
-        self._discs, self._segments, self._visible, self._particles = discs, segments, visible, particles
-        self._areas = visible.nested
-        self.total, self.squares, self.contrasts = np.zeros((3, *self._areas.shape, 3))
-        self._repeated = RepeatedCrossings(len(discs), segments)
-        self._first = int(segments.particle.min()) if segments.particle is not None and len(segments) else 0
-        self._alone = np.zeros(0)
-
-    def add(self, crossings: Crossings) -> np.ndarray:
-        """Count these crossings in, each pair of which must come once; returns which (C,) were counted."""
-        look = partial(self._visible.rings, self._discs, self._segments)
-        found = ordered_map(look, map(crossings.taken, slices(len(crossings), CROSSINGS_PER_CHUNK)))
-        ring = np.concatenate([np.empty(0, np.uint8), *found])
-        kept = ring != OUTSIDE
-        inside, (discs, rings) = crossings.taken(kept), self._areas.shape
-        place = inside.disc * rings + ring[kept]
-        for channel in range(3):
-            flux = self._segments.flux[:, channel].take(inside.segment)
-            self.total[:, :, channel] += np.bincount(place, flux, discs * rings).reshape(discs, rings)
-            flux *= flux
-            self.squares[:, :, channel] += np.bincount(place, flux, discs * rings).reshape(discs, rings)
-            signed = self._signed[channel].take(inside.segment)
-            self.contrasts[:, :, channel] += np.bincount(place, signed, discs * rings).reshape(discs, rings)
-        if self._segments.particle is not None:
-            self._repeated.add(inside)
-            self._add_alone(inside)
-        return kept
-
-    @cached_property
-    def _signed(self) -> np.ndarray:
-        """Flux (3, S) of the segments, RGB sum, with the signs of their particle's halves."""
-        particle = self._segments.particle
-        number = np.arange(len(self._segments)) if particle is None else particle
-        two, four = (np.where(number & bit, -1.0, 1.0) for bit in (2, 4))
-        return np.stack([two, four, two * four]) * self._segments.flux.sum(axis=1)
-
-    def _add_alone(self, crossings: Crossings) -> None:
-        """Count what each particle gives all points together."""
-        if len(crossings) == 0:
-            return
-        particle = self._segments.particle.take(crossings.segment).astype(np.int64) - self._first
-        flux = self._segments.flux.sum(axis=1).take(crossings.segment)
-        alone = np.bincount(particle, flux / self._areas[:, 0].take(crossings.disc), len(self._alone))
-        alone[: len(self._alone)] += self._alone
-        self._alone = alone
-
-    def estimate(self) -> IrradianceEstimate:
-        """What has been added up so far."""
-        # The segments carry the scene's full power together: a particle alone would, times their number.
-        particles = self._particles
-        squares = (self.squares, self._repeated.products(), self._single())
-        return IrradianceEstimate(
-            self.total * particles, *(part * particles**2 for part in squares), self.contrasts * particles,
-            self._areas, particles, self._common(),
-        )  # fmt: skip
-
-    def _common(self) -> tuple[float, float]:
-        alone = self._alone * (self._particles / max(len(self._areas), 1))
-        return float(alone.sum()), float(alone @ alone)
-
-    def _single(self) -> np.ndarray:
-        """Squared flux (N, 3) of a crossing more: the mean of the disc's own crossings and one like those of all discs.
-
-        Aimed lights send particles of unlike flux to unlike places, so that all segments' mean says little of a disc.
-        As many equal crossings as would have the same sums count, (sum f)^2 / sum f^2.
-        """
-        total, squares = self.total.sum(axis=1), self.squares.sum(axis=1)
-        equal = np.divide(total**2, squares, out=np.zeros_like(squares), where=squares > 0)
-        mean = (self._segments.flux**2).sum(axis=0) / max(len(self._segments), 1)
-        everywhere = np.divide(squares.sum(axis=0), equal.sum(axis=0), out=mean, where=equal.any(axis=0))
-        return (squares + everywhere) / (equal + 1.0)

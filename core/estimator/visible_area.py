@@ -104,6 +104,18 @@ class VisibleDiscs(Rows):
     discs: TangentDiscs
     area: VisibleArea
 
+    def told(self) -> tuple:
+        """What tells all of them: of the outlines those alone that something stands in the way of."""
+        area = self.area
+        return self.discs, area.reach[area.partial], area.reach.shape[1], area.nested, area.partial, area.hidden
+
+    @classmethod
+    def of(cls, discs: TangentDiscs, reach, directions: int, nested, partial, hidden) -> VisibleDiscs:
+        """Those of which that was told."""
+        whole = np.repeat(discs.radii[:, None], directions, axis=1)
+        whole[partial] = reach
+        return cls(discs, VisibleArea(whole, nested, partial, hidden))
+
     def with_rows(self, rows: np.ndarray, others: VisibleDiscs) -> VisibleDiscs:
         """The same, with the discs of those ``rows`` (K,) replaced by ``others`` (K)."""
         order = np.arange(len(self.discs))

@@ -2,26 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from itertools import groupby, islice
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from ..estimator.estimate import Accumulator, IrradianceEstimate
+from ..estimator.crossing_sums import Accumulator, BatchSums, CrossingSums
+from ..estimator.estimate import IrradianceEstimate
 from ..estimator.visible_area import VisibleDiscs
+from ..gatherers.choose import make_gatherer
 from ..gatherers.gatherer import Gatherer
-from ..parallel import ordered_map
+from ..parallel import interleaved, ordered_map, slices, worker_count
 from ..random_streams import random_stream
 from ..segments import Segments
 from ..stages import Stopwatch
 from .photon_journal import PhotonJournal
-from .tracing import PhotonTracer
+from .tracing import PhotonTracer, TracedPhotons
+
+if TYPE_CHECKING:
+    from ..cluster.crew import Crew
 
 #: Particles traced at a time, and gathered at a time. Fixed, because the random numbers follow from them:
 #: a seed gives the same light whatever the machine, the gatherer or the number of threads.
 PHOTONS_PER_TRACE = 1 << 15
 PHOTONS_PER_GATHER = 1 << 18
+
+#: A batch of few traces is cut up further, into about so many pieces, but of so many particles at least, so that there
+#: is work for all.
+PIECES, LEAST_PER_PIECE = 8, 1 << 12
+
+#: Rings of discs that may be summed up side by side, by threads with sums of their own of all discs.
+MOST_SUMS = 1 << 24
 
 
 @dataclass
@@ -53,23 +66,73 @@ class PhotonSearch:
         some = segments.of_kind(self.kind)
         return some if self.most is None else some.taken(some.bounce <= self.most)
 
+    def gathered(self, segments: Segments) -> Generator[None, None, CrossingSums]:
+        """Find what ``segments``, all of some particles, bring to the discs, step by step."""
+        segments, placed = self.wanted(segments), self.placed
+        accumulator = Accumulator(placed.discs, segments, placed.area)
+        yield
+        for crossings in self.gatherer.crossings(segments):
+            accumulator.add(crossings)
+            yield
+        return accumulator.sums()
+
     def count(self, particles: int) -> int:
         """How many of so many ``particles`` count."""
         return particles if self.half is None else (particles + 1 - self.half) // 2
 
 
+@dataclass(frozen=True)
+class PhotonPiece:
+    """Particles that are gathered together: those from the number ``first`` to before ``last``, out of ``count`` that
+    are traced together, from the number ``start`` on. These are a ``share`` of the batch."""
+
+    start: int
+    count: int
+    share: float
+    first: int
+    last: int
+
+    @classmethod
+    def of_batch(cls, begin: int, particles: int) -> list[PhotonPiece]:
+        """Those of so many ``particles``, from the number ``begin`` on."""
+        pieces, end = [], begin + particles
+        traces = range(begin, end, PHOTONS_PER_TRACE)
+        size = max(PHOTONS_PER_TRACE // max(PIECES // len(traces), 1), LEAST_PER_PIECE)
+        for start in traces:
+            count = min(PHOTONS_PER_TRACE, end - start)
+            parts = ((start + part.start, start + part.stop) for part in slices(count, size))
+            pieces += [cls(start, count, count / particles, *part) for part in parts]
+        return pieces
+
+
+@dataclass(frozen=True)
+class PieceSums:
+    """What a ``piece`` of particles brings: the number of its ``segments``, and the ``sums`` of each search; and, with
+    the first of those traced together, the flux (3,) W that was ``cut`` of all these, times their number."""
+
+    piece: PhotonPiece
+    segments: int
+    cut: np.ndarray
+    sums: tuple[CrossingSums, ...]
+
+
 class PhotonLight:
     """What photons bring to each of some ``searches``, batch after batch.
 
+    Batches are worked on in pieces, each with sums of its own, which are added in their order: the light is the same by
+    any number of threads, and by the workers of a ``crew``.
+
     Attributes: how many ``particles`` were traced so far, how many of their ``segments`` were gathered, and how many
-    ``crossings`` were found; ``journal``, which keeps all of them where a bake is to be updated, or None.
+    ``crossings`` were found; ``journal``, which keeps all of them where a bake is to be updated, or None: it takes that
+    there is no crew.
     """
 
     journal: PhotonJournal | None = None
 
-    def __init__(self, tracer: PhotonTracer, searches: Sequence[PhotonSearch], seed: int):
-        self._tracer, self.searches, self._seed = tracer, searches, seed
+    def __init__(self, tracer: PhotonTracer, searches: Sequence[PhotonSearch], seed: int, crew: Crew | None = None):
+        self._tracer, self.searches, self._seed, self._crew = tracer, searches, seed, crew
         self._cut = np.zeros(3)
+        self._latest: tuple[int, TracedPhotons] | None = None
         self.particles = self.segments = self.crossings = 0
 
     @property
@@ -77,49 +140,96 @@ class PhotonLight:
         """The (3,) W of the lights' flux that the bounce limit cut off."""
         return self._cut / max(self.particles, 1)
 
+    def make_gatherers(self, name: str) -> tuple[str, str]:
+        """Make the searches' gatherers, one for all of the same discs, by ``name``, as :func:`.make_gatherer` does.
+
+        The workers make theirs, if there are any.
+        """
+        made: dict[int, tuple[Gatherer, str]] = {}
+        for search in self.searches:
+            discs = search.placed.discs
+            if self._crew is not None:
+                discs = discs.taken(slice(0, 0))
+            key = id(search.placed.discs.centres)
+            made[key] = made.get(key) or make_gatherer(name, discs)
+            search.gatherer, why = made[key]
+        return search.gatherer.name, why
+
     def batch(self, particles: int, stopwatch: Stopwatch) -> Iterator[str]:
         """Trace so many ``particles`` more and gather their segments; yields what is being done.
 
-        The time counts for the stopwatch's stages "trace" and "gather".
+        The time counts for the stopwatch's stages "trace" and "gather", that of workers for the latter.
         """
-        starts = range(self.particles, self.particles + particles, PHOTONS_PER_TRACE)
-        shares = [min(PHOTONS_PER_TRACE, starts.stop - start) for start in starts]
-        traces = ordered_map(
-            lambda task: self._tracer.trace(task[0], self._generator(task[1]), task[1]),
-            zip(shares, starts, strict=True),
-        )
+        pieces = PhotonPiece.of_batch(self.particles, particles)
+        batches = [BatchSums(search.placed.area.nested) for search in self.searches]
+        work = self._worked(pieces, stopwatch)
+        if self._crew is not None:
+            work = stopwatch.timed("gather", self._crew.photons(pieces))
         yield "Tracing photons"
-        parts = []
-        for share, traced in zip(shares, stopwatch.timed("trace", traces), strict=True):
-            segments = traced.segments
-            if self.journal is not None:
-                self.journal.keep(segments.weighted(share), traced.lights)
-                # It keeps all; what is gathered is as without it, and so is what a step costs.
-                segments = segments if any(search.kind == "direct" for search in self.searches) else segments.indirect
-            # Each part carries the scene's full power; in its batch it stands for its share of the particles.
-            parts.append(segments.weighted(share / particles))
-            self._cut += traced.cut_flux * share
-            yield "Tracing photons"
-        segments = Segments.joined(parts)
-        self.segments += len(segments)
-        self.particles += particles
-        for search in self.searches:
-            for _ in self._gathered(search, segments, particles, stopwatch):
+        for found in work:
+            if found is None:
                 yield "Gathering"
-
-    def _gathered(self, search: PhotonSearch, segments: Segments, particles: int, stopwatch) -> Iterator[None]:
-        with stopwatch("gather"):
-            segments, placed = search.wanted(segments), search.placed
-            accumulator = Accumulator(placed.discs, segments, search.count(particles), placed.area)
-        yield
-        for crossings in stopwatch.timed("gather", search.gatherer.crossings(segments)):
-            self.crossings += len(crossings)
+                continue
             with stopwatch("gather"):
-                accumulator.add(crossings)
-            yield
+                self._count(found, batches)
+            yield "Tracing photons"
+        self.particles += particles
         with stopwatch("gather"):
-            search.estimate = search.estimate.merged(accumulator.estimate())
+            for search, batch in zip(self.searches, batches, strict=True):
+                search.estimate = search.estimate.merged(batch.estimate(search.count(particles)))
 
-    def _generator(self, start: int) -> np.random.Generator:
-        """The random numbers of the particles from ``start`` on."""
-        return random_stream(self._seed, "photons", start)
+    def found(self, piece: PhotonPiece) -> PieceSums:
+        """What that ``piece`` brings, in one call: a worker's part."""
+        # What is traced together is often asked for piece by piece.
+        if self._latest is None or self._latest[0] != piece.start:
+            self._latest = piece.start, self._traced(piece)
+        *_, found = self._gathered(piece, self._latest[1])
+        return found
+
+    def _worked(self, pieces: list[PhotonPiece], stopwatch: Stopwatch) -> Iterator[PieceSums | None]:
+        """What the ``pieces`` bring, in their order, and None at each step on the way."""
+        rings = sum(search.placed.area.nested.size for search in self.searches)
+        together = int(np.clip(MOST_SUMS // max(rings, 1), 1, worker_count()))
+        tasks = self._tasks(pieces, stopwatch)
+        while some := list(islice(tasks, together)):
+            found = []
+            for step in stopwatch.timed("gather", interleaved(self._gathered(*task) for task in some)):
+                if step is None:
+                    yield None
+                else:
+                    found.append(step)
+            yield from sorted(found, key=lambda each: each.piece.first)
+
+    def _tasks(self, pieces: list[PhotonPiece], stopwatch: Stopwatch) -> Iterator[tuple[PhotonPiece, TracedPhotons]]:
+        """The ``pieces``, each with those that were traced with it."""
+        together = [list(some) for _, some in groupby(pieces, lambda piece: piece.start)]
+        traces = ordered_map(self._traced, [some[0] for some in together])
+        for some, traced in zip(together, stopwatch.timed("trace", traces), strict=True):
+            if self.journal is not None:
+                self.journal.keep(traced.segments.weighted(some[0].count), traced.lights)
+            yield from ((piece, traced) for piece in some)
+
+    def _traced(self, piece: PhotonPiece) -> TracedPhotons:
+        return self._tracer.trace(piece.count, random_stream(self._seed, "photons", piece.start), piece.start)
+
+    def _gathered(self, piece: PhotonPiece, traced: TracedPhotons) -> Iterator[PieceSums | None]:
+        """None at each step, and at last what the piece brings."""
+        segments, sums = traced.segments, []
+        if self.journal is not None and all(search.kind != "direct" for search in self.searches):
+            segments = segments.indirect  # it keeps all; what is gathered is as without it, and so is what a step costs
+        if piece.last - piece.first < piece.count:
+            segments = segments.taken((segments.particle >= piece.first) & (segments.particle < piece.last))
+        # All that are traced together carry the scene's full power; in the batch they stand for their share of it.
+        segments = segments.weighted(piece.share)
+        for search in self.searches:
+            sums.append((yield from search.gathered(segments)))
+        cut = traced.cut_flux * (piece.count if piece.first == piece.start else 0)
+        yield PieceSums(piece, len(segments), cut, tuple(sums))
+
+    def _count(self, found: PieceSums, batches: Sequence[BatchSums]) -> None:
+        """Count in what a piece of the ``batches``, one for each search, brought."""
+        self._cut += found.cut
+        self.segments += found.segments
+        for batch, sums in zip(batches, found.sums, strict=True):
+            self.crossings += sums.crossings
+            batch.add(sums)

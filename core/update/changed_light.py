@@ -6,7 +6,8 @@ from collections.abc import Generator, Iterator, Sequence
 
 import numpy as np
 
-from ..estimator.estimate import Accumulator, IrradianceEstimate
+from ..estimator.crossing_sums import BatchSums
+from ..estimator.estimate import IrradianceEstimate
 from ..estimator.standpoints import Standpoints
 from ..gather.record_light import RecordLight
 from ..gather.records import Landings, Records, scouted
@@ -20,7 +21,7 @@ from ..random_streams import random_stream
 from ..rays import RayCaster
 from ..scene import Scene
 from ..segments import Segments
-from ..stages import collected
+from ..stages import collected, finished
 from .changed_places import Sight
 from .differences import POINTS_PER_CHUNK, LightDifferences, WantedPlaces
 from .first_bake import FirstBake
@@ -147,11 +148,9 @@ class ChangedRecords:
 
     def _gathered(self, search: PhotonSearch, segments: Segments, samples: int) -> IrradianceEstimate:
         """What ``segments`` bring to the discs of ``search``, some of those of ``samples`` particles."""
-        wanted, placed = search.wanted(segments.weighted(1.0 / self._particles)), search.placed
-        sums = Accumulator(placed.discs, wanted, samples, placed.area)
-        for crossings in search.gatherer.crossings(wanted):
-            sums.add(crossings)
-        return sums.estimate()
+        batch = BatchSums(search.placed.area.nested)
+        batch.add(finished(search.gathered(segments.weighted(1.0 / self._particles))))
+        return batch.estimate(samples)
 
     def _more_from_lights(self, seed: int) -> Generator[None, None, np.ndarray]:
         """How much more (2 C, 3) W/m^2 comes straight from the lights to the records of the first bake."""

@@ -1,25 +1,30 @@
 """One bake over many workers: the same light, bit for bit, whoever casts its rays and whatever becomes of them."""
 
+import itertools
 import json
 import os
 import signal
 import sys
 import time
 import uuid
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from detp.core import AreaLight, BakeSettings, PointLight, Points, SpotLight, SunLight, UniformWorld
+from detp.core import AreaLight, BakeSettings, PointLight, Points, SpotLight, SunLight, UniformWorld, parallel
 from detp.core.bake import bake, baked
 from detp.core.cluster import bench, dask_hands
 from detp.core.cluster.crew import Crew
 from detp.core.cluster.own_hands import OwnHands
 from detp.core.cluster.packing import packed, unpacked
 from detp.core.errors import ClusterError
+from detp.core.photons import photon_light
+from detp.core.photons.photon_light import PhotonPiece
 from detp.core.stages import finished
 from rooms import box_quads, face_points, scene_of
 
 QUICK = BakeSettings(photons=6_000)
+PHOTONS = BakeSettings(photons=40_000, radius=0.2, indirect="photons")
 
 
 def lamps():
@@ -62,6 +67,47 @@ def test_what_travels_is_all_that_it_takes(lights, settings):
     assert hands.sent > 0
 
 
+@pytest.mark.parametrize("gatherer", ["disc-index", "sphere-cache"])
+@pytest.mark.parametrize("more", [{}, {"estimator": "plain"}, {"direct": "photons"}, {"indirect": "gather"}])
+def test_photons_in_pieces_bring_the_light_of_one_process(monkeypatch, gatherer, more):
+    """Two steps, of eight pieces and of two; with one thread and with four; all that is asked for is done by hands."""
+    scene, points = room((*lamps()[:3], UniformWorld((0.5, 0.5, 1))), emission=0.1, transmittance=0.2)
+    settings = replace(PHOTONS, gatherer=gatherer, **more)
+    found = []
+    for count in (1, 4):
+        monkeypatch.setattr(parallel, "worker_count", lambda count=count: count)
+        monkeypatch.setattr(photon_light, "worker_count", lambda count=count: count)
+        found.append(baked(scene, points, settings))
+    hands = OwnHands()
+    crew = Crew(hands, uuid.uuid4().hex, scene, points, settings)
+    by_crew = finished(bake(scene, points, settings, crew=crew))
+    assert same(found[0], found[1]) and same(by_crew, found[0])
+    for name in ("segments", "gatherer", "reason"):
+        assert getattr(by_crew, name) == getattr(found[0], name)
+    assert np.array_equal(by_crew.cut_flux, found[0].cut_flux) and np.array_equal(by_crew.hidden, found[0].hidden)
+    assert by_crew.indirect.value.all() and by_crew.gatherer == gatherer
+
+
+@pytest.mark.parametrize(
+    ("begin", "particles", "sizes"),
+    [
+        (0, 1, [1]),
+        (0, 6_000, [4_096, 1_904]),
+        (5_000, 1 << 15, [1 << 12] * 8),
+        (7, (1 << 16) + 1, [1 << 14] * 4 + [1]),
+        (0, 1 << 18, [1 << 15] * 8),
+    ],
+)
+def test_pieces_of_photons_are_each_once_and_do_not_ask_how_many_workers(begin, particles, sizes):
+    pieces = PhotonPiece.of_batch(begin, particles)
+    assert [piece.last - piece.first for piece in pieces] == sizes
+    assert pieces[0].first == begin
+    assert all(one.last == other.first for one, other in itertools.pairwise(pieces))
+    traced = {piece.start: piece.count for piece in pieces}
+    assert sum(traced.values()) == particles
+    assert sum({piece.start: piece.share for piece in pieces}.values()) == pytest.approx(1.0)
+
+
 def test_packed_values_come_back_as_they_were():
     arrays = np.arange(6).reshape(2, 3), np.zeros((0, 3)), (np.float32([1.5]),)
     value = (None, True, 3, 0.1, "name", *arrays, {"a": 1}, QUICK)
@@ -71,6 +117,16 @@ def test_packed_values_come_back_as_they_were():
         assert np.array_equal(one, other) and one.dtype == other.dtype and one.shape == other.shape
     sun = SunLight((0.3, 0.2, -1), (3, 3, 2), 0.1)
     assert np.array_equal(unpacked(packed(sun)).direction, sun.direction)
+
+
+def test_zeros_take_no_bytes_and_stay_what_they_are():
+    nothing = np.zeros((1000, 3)), np.zeros(1000, np.uint16), np.zeros((7, 1000), np.float32)[:, ::2]
+    data = packed((*nothing, np.zeros(1000, bool), np.full(3, -0.0)))
+    assert len(data) < 1000
+    *back, minus = unpacked(data)
+    for one, other in zip(back, (*nothing, np.zeros(1000, bool)), strict=True):
+        assert np.array_equal(one, other) and one.dtype == other.dtype and one.shape == other.shape
+    assert np.signbit(minus).all()
 
 
 @pytest.mark.parametrize("value", [print, np.array([print]), object(), {1}, b"code"])
@@ -84,6 +140,11 @@ def test_bytes_that_are_no_part_of_a_bake_are_refused():
     for tree in ('{"Popen": [["sh"]]}', '{"array": 7}', '{"array": 0, "Scene": []}', "[["):
         text = json.dumps([("<f8", (4,), 0)])
         made = np.frombuffer(np.array([len(tree), len(text)], "<i8").tobytes() + (tree + text).encode(), np.uint8)
+        with pytest.raises(ClusterError, match="no part of a bake"):
+            unpacked(made)
+    for shape in ([-1], [10**15], [10**30], ["a"]):
+        text = json.dumps([("<f8", shape, None)])
+        made = np.frombuffer(np.array([11, len(text)], "<i8").tobytes() + ('{"array":0}' + text).encode(), np.uint8)
         with pytest.raises(ClusterError, match="no part of a bake"):
             unpacked(made)
     with pytest.raises(ClusterError, match="no part of a bake"):
@@ -123,26 +184,31 @@ def test_one_two_and_three_workers_give_the_light_of_none(cluster):
 
 
 @pytest.mark.parametrize("lost", [1, 3])
-def test_workers_that_are_killed_cost_nothing_but_time(cluster, lost):
-    """Of three, one or all, in whose place others come, which have seen nothing of the scene."""
+@pytest.mark.parametrize(("settings", "phase", "number"), [(QUICK, "Casting rays", 1), (PHOTONS, "Tracing photons", 4)])
+def test_workers_that_are_killed_cost_nothing_but_time(cluster, lost, settings, phase, number):
+    """Of three, one or all, in whose place others come, which have seen nothing of the scene.
+
+    Photons are in the middle of a step then: two of eight pieces have come back.
+    """
     cluster.scale(3)
     scene, points = room()
     with dask_hands.hands_at(cluster.scheduler_address) as hands:
         hands._client.wait_for_workers(3, 30)
         left = list(workers(hands).values())[:lost]
-        steps = bake(scene, points, QUICK, crew=Crew(hands, uuid.uuid4().hex, scene, points, QUICK))
-        found = None
+        steps = bake(scene, points, settings, crew=Crew(hands, uuid.uuid4().hex, scene, points, settings))
+        found, seen = None, 0
         while found is None:
             try:
                 progress = next(steps)
             except StopIteration as end:
                 found = end.value
             else:
-                if progress.phase == "Casting rays" and left:
+                seen += progress.phase == phase
+                if seen == number and left:
                     for process in left:
                         os.kill(process, signal.SIGKILL)
                     left = []
-    assert not left and same(found, baked(scene, points, QUICK))
+    assert not left and same(found, baked(scene, points, settings))
 
 
 def test_a_bake_that_is_closed_leaves_the_workers_nothing_to_do(cluster):

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from detp.core.discs import TangentDiscs
 from detp.core.errors import InvalidArrayError
-from detp.core.estimator import estimate as estimating
-from detp.core.estimator.estimate import Accumulator, IrradianceEstimate
+from detp.core.estimator import crossing_sums
+from detp.core.estimator.crossing_sums import Accumulator
+from detp.core.estimator.estimate import IrradianceEstimate
 from detp.core.estimator.rings import nested_areas
 from detp.core.estimator.visible_area import DIRECTIONS, VisibleArea, whole_discs
 from detp.core.gatherers.disc_index import DiscIndex
@@ -22,12 +23,12 @@ def simulated(particles, seed, share=0.05):
     crossing = np.flatnonzero(generator.random(particles) < share)
     segments = Segments(np.zeros((particles, 3)), np.zeros((particles, 3)), flux, np.zeros(particles, np.uint16))
     (placed,) = whole_discs(discs)
-    accumulator = Accumulator(discs, segments, particles, placed.area)
+    accumulator = Accumulator(discs, segments, placed.area)
     for part in np.array_split(crossing, 3):
         accumulator.add(Crossings(part, np.zeros(len(part), np.int64)))
     each = np.zeros((particles, 3))
     each[crossing] = flux[crossing] * particles / 2
-    return accumulator.estimate(), each
+    return accumulator.estimate(particles), each
 
 
 def with_one_more(each):
@@ -69,10 +70,10 @@ def test_bright_light_elsewhere_does_not_make_a_dim_disc_uncertain():
     discs = TangentDiscs.of_radius(np.zeros((2, 3)), [(0, 0, 1)] * 2, np.sqrt(1 / np.pi))
     segments = Segments(np.zeros((particles, 3)), np.zeros((particles, 3)), flux, np.zeros(particles, np.uint16))
     (placed,) = whole_discs(discs)
-    accumulator = Accumulator(discs, segments, particles, placed.area)
+    accumulator = Accumulator(discs, segments, placed.area)
     dim, bright = np.arange(0, 100), np.arange(5_000, 5_100)
     accumulator.add(Crossings(np.concatenate([dim, bright]), np.repeat([0, 1], 100)))
-    found = accumulator.estimate().irradiance
+    found = accumulator.estimate(particles).irradiance
     # 100 and one crossing more; the one is partly like those of the other disc.
     assert found.standard_error[0] / found.value[0] == pytest.approx(np.full(3, np.sqrt(1.5) / 10), rel=0.01)
     assert found.standard_error[1] / found.value[1] == pytest.approx(np.full(3, np.sqrt(1.01) / 10), rel=0.01)
@@ -96,7 +97,7 @@ def test_no_crossings_add_nothing():
     segments = Segments(np.zeros((1, 3)), np.ones((1, 3)), np.ones((1, 3)), np.zeros(1, np.uint16))
     discs = TangentDiscs.of_radius(np.zeros((1, 3)), [(0, 0, 1)], 1.0)
     (placed,) = whole_discs(discs)
-    sums = Accumulator(discs, segments, 1, placed.area)
+    sums = Accumulator(discs, segments, placed.area)
     assert len(sums.add(Crossings(np.empty(0, np.int64), np.empty(0, np.int64)))) == 0
     assert not sums.total.any() and not sums.squares.any()
 
@@ -111,9 +112,9 @@ def test_sums_do_not_depend_on_slices(monkeypatch, size):
     flux = generator.exponential(size=(1000, 3)) * np.where(np.arange(1000) % 7 == 0, -1, 1)[:, None]
     segments = Segments(*generator.uniform(-1.5, 1.5, (2, 1000, 3)), flux, np.ones(1000, np.uint16))
     found = list(DiscIndex(discs).crossings(segments))
-    whole, cut = (Accumulator(discs, segments, 1000, visible) for _ in range(2))
+    whole, cut = (Accumulator(discs, segments, visible) for _ in range(2))
     kept = [whole.add(crossings) for crossings in found]
-    monkeypatch.setattr(estimating, "CROSSINGS_PER_CHUNK", size)
+    monkeypatch.setattr(crossing_sums, "CROSSINGS_PER_CHUNK", size)
     assert all(np.array_equal(cut.add(crossings), inside) for crossings, inside in zip(found, kept, strict=True))
     assert np.array_equal(cut.total, whole.total) and np.array_equal(cut.squares, whole.squares)
     expected = np.zeros((300, 3))

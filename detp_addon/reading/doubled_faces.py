@@ -15,16 +15,19 @@ from .triangle_geometry import safe_unit
 _SAME, _MOST_AROUND = 1e-7, 16
 
 
-def share_alone(corners: np.ndarray) -> np.ndarray:
+def share_alone(corners: np.ndarray, body: np.ndarray | None = None) -> np.ndarray:
     """Share (T,) of each of the triangles with ``corners`` (T, 3, 3) that lies on none of those before it.
 
-    Faces that coincide have edges in common, also where they are cut into triangles otherwise.
+    Faces that coincide have edges in common, also where they are cut into triangles otherwise. Those of another
+    ``body`` (T,) that face the other way do not count: boxes that touch hide them.
     """
     size = np.ptp(corners.reshape(-1, 3), axis=0).max(initial=0.0)
     first, second = _pairs_around_edges(corners, _SAME * size)
     normals = safe_unit(cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))[0]
     heights = np.einsum("kci,ki->kc", corners[second] - corners[first][:, :1], normals[first])
     flat = (np.abs(heights) <= _SAME * size).all(axis=1)
+    if body is not None:
+        flat &= (body[first] == body[second]) | (dots(normals[first], normals[second]) > 0.0)
     first, second = first[flat], second[flat]
     places = np.einsum("pc,kci->kpi", PATCHES, corners[second])
     within = np.ones(places.shape[:2], bool)

@@ -288,7 +288,7 @@ def _name_doubled(placed: PlacedTriangles, reflects: np.ndarray, findings: Findi
         return
     corners = placed.vertices[placed.triangles[rows]]
     largest = np.argsort(-normals_and_areas(corners)[1], kind="stable")[:LOOKED_AT]
-    doubled = int((share_alone(corners[largest]) < 0.5).sum())
+    doubled = int((share_alone(corners[largest], placed.placement[rows[largest]]) < 0.5).sum())
     if doubled:
         findings.warn(f"{counted(doubled, 'triangle')} that lie on others reflect as one with them, less in renders: "
                       f"look for doubled faces, or objects")  # fmt: skip

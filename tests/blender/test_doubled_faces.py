@@ -107,6 +107,14 @@ def test_faces_that_reflect_and_lie_on_others_are_named(faces, named):
     assert [int(warning.split()[0]) for warning in words] == [named] * (named > 0)
 
 
+@pytest.mark.parametrize("face, named", [(FRONT, 2), (BACK, 0)])
+def test_objects_that_lie_on_others_are_named_and_those_that_touch_are_not(face, named):
+    for name, own in (("one", FRONT), ("other", face)):
+        panel(name, [own], shines=diffuse((0.8, 0.8, 0.8)))
+    words = [warning for warning in read().warnings if "lie on others" in warning]
+    assert [int(warning.split()[0]) for warning in words] == [named] * (named > 0)
+
+
 def from_above():
     """E / pi from below at 0.2 m above the square's middle, and its share of what is seen from there."""
     above = Points(np.array([(0.5, 0.5, 0.2)]), np.array([(0.0, 0.0, -1.0)]))

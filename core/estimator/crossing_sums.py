@@ -52,11 +52,11 @@ class Accumulator:
 
     Only crossings inside the ``visible`` area count, by its K rings. Attributes ``total`` (N, K, 3) W and ``squares``
     (N, K, 3) W^2: the sums of the segments' flux, as they carry it, and of its square; ``contrasts`` (N, K, 3) W,
-    see :class:`.IrradianceEstimate`.
+    see :class:`.IrradianceEstimate`, zero unless they are wanted.
     """
 
-    def __init__(self, discs: TangentDiscs, segments: Segments, visible: VisibleArea):
-        self._discs, self._segments, self._visible = discs, segments, visible
+    def __init__(self, discs: TangentDiscs, segments: Segments, visible: VisibleArea, contrasts: bool = True):
+        self._discs, self._segments, self._visible, self._contrasts = discs, segments, visible, contrasts
         self._areas = visible.nested
         self.total, self.squares, self.contrasts = np.zeros((3, *self._areas.shape, 3))
         self._crossed = np.zeros(self._areas.size, bool)
@@ -80,8 +80,9 @@ class Accumulator:
             self.total[:, :, channel] += np.bincount(place, flux, discs * rings).reshape(discs, rings)
             flux *= flux
             self.squares[:, :, channel] += np.bincount(place, flux, discs * rings).reshape(discs, rings)
-            signed = self._signed[channel].take(inside.segment)
-            self.contrasts[:, :, channel] += np.bincount(place, signed, discs * rings).reshape(discs, rings)
+            if self._contrasts:
+                signed = self._signed[channel].take(inside.segment)
+                self.contrasts[:, :, channel] += np.bincount(place, signed, discs * rings).reshape(discs, rings)
         if self._segments.particle is not None:
             self._repeated.add(inside)
             self._add_alone(inside)

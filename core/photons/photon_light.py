@@ -69,7 +69,8 @@ class PhotonSearch:
     def gathered(self, segments: Segments) -> Generator[None, None, CrossingSums]:
         """Find what ``segments``, all of some particles, bring to the discs, step by step."""
         segments, placed = self.wanted(segments), self.placed
-        accumulator = Accumulator(placed.discs, segments, placed.area)
+        # Only records are asked what halves of their photons differ by.
+        accumulator = Accumulator(placed.discs, segments, placed.area, contrasts=self.half is not None)
         yield
         for crossings in self.gatherer.crossings(segments):
             accumulator.add(crossings)

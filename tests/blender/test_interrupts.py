@@ -11,8 +11,8 @@ from small_scenes import box_on_floor, saved
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="Windows sends a console's signals to all its processes")
 
-#: says that its first line is reached: until then signals end Python as they end anything, in several ways
-BEGUN = "print(flush=True); from detp.detp_addon.command.console import console; console()"
+#: says when its first line is reached: until then signals are Python's, which even loses one while it loads a file
+BEGUN = "from detp.detp_addon.command.console import console; print(flush=True); console()"
 QUICK = ["--photons", "20000", "--error", "50%", "--radius", "0.3"]
 SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 #: a child of the tests starts with the signals as a terminal would give them

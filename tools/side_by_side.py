@@ -70,6 +70,8 @@ def render_with_cycles(scene: bpy.types.Scene, size: tuple[int, int], stops: flo
     scene.render.pixel_aspect_x = scene.render.pixel_aspect_y = 1.0
     scene.render.use_compositing = scene.render.use_sequencer = False
     scene.render.filepath = str(path)
+    if hasattr(scene.render.image_settings, "media_type"):  # since Blender 5.0
+        scene.render.image_settings.media_type = "IMAGE"
     scene.render.image_settings.file_format = "PNG"
     scene.view_settings.view_transform, scene.view_settings.look = "Standard", "None"
     scene.view_settings.exposure, scene.view_settings.gamma = stops, 1.0

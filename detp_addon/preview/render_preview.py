@@ -97,6 +97,8 @@ def _set_up(scene, layer_name: str, size: tuple[int, int], material, world, path
     settings.use_file_extension = False
     settings.use_overwrite = True
     settings.film_transparent = False
+    if hasattr(settings.image_settings, "media_type"):  # Blender 5.0: formats are those of what is made, maybe a film
+        settings.image_settings.media_type = "IMAGE"
     settings.image_settings.file_format = "PNG"
     settings.image_settings.color_mode, settings.image_settings.color_depth = "RGB", "8"
     settings.image_settings.color_management = "FOLLOW_SCENE"

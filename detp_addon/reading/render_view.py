@@ -108,7 +108,8 @@ def _reduce_to(scene, layer_name: str) -> None:
             layer.use_grease_pencil = False
     settings = scene.render
     settings.engine = ENGINE
-    settings.resolution_x = settings.resolution_y = 4
+    # Where films are made, Blender refuses anything smaller.
+    settings.resolution_x = settings.resolution_y = 16
     settings.resolution_percentage = 100
     for name in ("border", "compositing", "sequencer", "freestyle", "multiview", "single_layer", "persistent_data"):
         setattr(settings, f"use_{name}", False)

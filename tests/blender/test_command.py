@@ -278,6 +278,20 @@ def test_a_failed_save_keeps_the_older_output(scene, tmp_path, capsys, monkeypat
     assert capsys.readouterr().err == f"{scene}: Cannot write '{output}': {reason}.\n"
 
 
+def test_a_scene_that_renders_films_is_baked_and_drawn(scene, tmp_path):
+    opened(scene)
+    settings = bpy.context.scene.render.image_settings
+    if hasattr(settings, "media_type"):
+        settings.media_type = "VIDEO"
+    settings.file_format = "FFMPEG"
+    film = saved(tmp_path / "film.blend")
+    assert main(["bake", str(film), *QUICK, "--preview", str(tmp_path / "p.png")]) == 0
+    assert Image.open(tmp_path / "p.png").size == (preview.WIDTH, preview.HEIGHT)
+    opened(tmp_path / "film_baked.blend")
+    assert colours("Floor").max() > 0.0
+    assert bpy.context.scene.render.is_movie_format
+
+
 def test_a_preview_that_fails_does_not_hide_the_bake(scene, tmp_path, capsys, monkeypatch):
     def no_picture(*_):
         raise SceneBusyError("Blender could not draw.")

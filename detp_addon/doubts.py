@@ -36,7 +36,12 @@ def doubts_of(
     if stopped:
         doubts.append("The bake was stopped before its end, and what it had found was kept.")
     elif short:
-        remedy = "ask for it by its number, to bake on" if settings.error is None else "allow a larger radius"
+        if settings.seconds is not None:
+            remedy = "allow more time"
+        elif settings.photons is not None:
+            remedy = "allow more photons"
+        else:
+            remedy = "ask for it by its number, to bake on" if settings.error is None else "allow a larger radius"
         doubts.append(
             f"The error of {percent(settings.target_error)} that was aimed at was not reached with "
             f"{counted(result.photons, 'photon')}: {remedy}, or choose a larger error."

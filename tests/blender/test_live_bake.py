@@ -152,8 +152,9 @@ def test_a_time_is_kept():
 
 
 def test_an_error_out_of_reach_is_said():
-    report = finished(steps(BakeSettings(error=0.001, seconds=1.0), live=False))
-    assert any("not reached" in warning for warning in report.warnings)
+    for limit, remedy in (({"seconds": 1.0}, "allow more time"), ({"photons": 1000}, "allow more photons")):
+        report = finished(steps(BakeSettings(error=0.001, **limit), live=False))
+        assert any("not reached" in warning and remedy in warning for warning in report.warnings)
 
 
 def test_forecasts_follow_what_is_asked_for():

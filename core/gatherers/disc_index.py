@@ -40,7 +40,7 @@ class DiscIndex(PatchSearch):
             return
         leaves = tree.leaves
         self._patch(ordered, np.arange(len(discs)), tree.start[leaves])
-        self._child, self._roots = tree.child, np.arange(tree.levels[1])
+        self._child, self._roots = tree.child, int(tree.levels[1])
         self._leaf = np.full(len(tree.child), -1)
         self._leaf[leaves] = np.arange(len(leaves))
         extent = discs.extents
@@ -65,36 +65,44 @@ class DiscIndex(PatchSearch):
         octant = octants_of(pieces.step)
         offset = np.where(is_slanted(pieces.step), octant, OCTANTS + octant) * len(self._child)
         rays = _mirrored_rays(pieces)
-        count = len(offset)
-        starts = [np.arange(begin, min(begin + BLOCK, count)) for begin in range(0, count, BLOCK)]
-        waiting = [(piece, np.full(len(piece), root)) for piece in starts for root in self._roots]
-        while waiting:
-            piece, node = _last_pairs(waiting)
-            if counts is not None:
-                counts.note("nodes", len(node))
-            met = self._met(rays, offset, piece, node)
-            child = self._child.take(met.patch)
-            leaves = met.taken(np.flatnonzero(child < 0))
-            if len(leaves):
-                yield Stretches(leaves.piece, self._leaf.take(leaves.patch), leaves.first, leaves.last)
-            inner = np.flatnonzero(child >= 0)
-            node = (child.take(inner)[:, None] + np.arange(BRANCHES)).ravel()
-            piece = np.repeat(met.piece.take(inner), BRANCHES)
-            waiting += [(piece[at : at + BLOCK], node[at : at + BLOCK]) for at in range(0, len(node), BLOCK)]
+        for begin in range(0, len(offset), BLOCK):
+            # The roots stand side by side, as the children of every inner node do.
+            piece = np.arange(begin, min(begin + BLOCK, len(offset)))
+            node, siblings, waiting = np.zeros(len(piece), np.int64), self._roots, []
+            while True:
+                if counts is not None:
+                    counts.note("nodes", siblings * len(node))
+                met = self._met(rays, offset, piece, node, siblings)
+                child = self._child.take(met.patch)
+                leaves = met.taken(np.flatnonzero(child < 0))
+                if len(leaves):
+                    yield Stretches(leaves.piece, self._leaf.take(leaves.patch), leaves.first, leaves.last)
+                inner = np.flatnonzero(child >= 0)
+                if len(inner):
+                    waiting.append((met.piece.take(inner), child.take(inner)))
+                if not waiting:
+                    break
+                piece, node = _last_pairs(waiting)
+                siblings = BRANCHES
 
-    def _met(self, rays: np.ndarray, offset: np.ndarray, piece: np.ndarray, node: np.ndarray) -> Stretches:
-        """The pairs whose piece passes the node's box in a direction that something in it may face."""
-        time = self._boxes.take(node + offset.take(piece), axis=0)
-        time -= rays[0].take(piece, axis=0)
-        time *= rays[1].take(piece, axis=0)
-        first = np.maximum(time[:, 0], time[:, 1])
-        np.maximum(first, time[:, 2], out=first)
-        np.maximum(first, np.float32(0.0), out=first)
-        last = np.minimum(time[:, 4], time[:, 5])
-        np.minimum(last, time[:, 6], out=last)
-        np.minimum(last, np.float32(1.0), out=last)
-        kept = np.flatnonzero(first <= last)
-        return Stretches(piece.take(kept), node.take(kept), first.take(kept), last.take(kept))
+    def _met(self, rays: np.ndarray, offset: np.ndarray, piece: np.ndarray, node: np.ndarray, siblings: int):
+        """Where the pieces pass the boxes of ``node`` and its next ``siblings``, as :class:`.Stretches`, as far as
+        something in these may face their direction."""
+        start, inverse = rays[0].take(piece, axis=0), rays[1].take(piece, axis=0)
+        box, met = node + offset.take(piece), []
+        for sibling in range(siblings):
+            time = self._boxes[sibling:].take(box, axis=0)
+            time -= start
+            time *= inverse
+            first = np.maximum(time[:, 0], time[:, 1])
+            np.maximum(first, time[:, 2], out=first)
+            np.maximum(first, np.float32(0.0), out=first)
+            last = np.minimum(time[:, 4], time[:, 5])
+            np.minimum(last, time[:, 6], out=last)
+            np.minimum(last, np.float32(1.0), out=last)
+            kept = np.flatnonzero(first <= last)
+            met.append(Stretches(piece.take(kept), sibling + node.take(kept), first.take(kept), last.take(kept)))
+        return Stretches.joined(met)
 
 
 def _sides(discs: TangentDiscs) -> np.ndarray:

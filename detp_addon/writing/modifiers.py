@@ -30,11 +30,17 @@ KEEPS_FACES = frozenset(
     "VERTEX_WEIGHT_PROXIMITY WARP WAVE WEIGHTED_NORMAL".split()
 )
 
+#: geometry nodes that do so, as those of *Smooth by Angle*, which Blender gives to files from before 4.1
+NODES_KEEP_FACES = frozenset(
+    f"GeometryNode{name}"
+    for name in "CaptureAttribute MenuSwitch RemoveAttribute SetGeometryName SetID SetMaterial SetMaterialIndex "
+    "SetMeshNormal SetPosition SetShadeSmooth StoreNamedAttribute Switch".split()
+) | {"NodeReroute", "NodeGroupInput", "NodeGroupOutput"}
+
 
 def repeats(obj: bpy.types.Object) -> list[str]:
     """Sentences on what the modifiers of an object repeat in a render."""
-    shown = (modifier for modifier in obj.modifiers if modifier.show_render and not is_playback(modifier))
-    kinds = dict.fromkeys(modifier.type for modifier in shown)
+    kinds = dict.fromkeys(modifier.type for modifier in obj.modifiers if _changes_faces(modifier))
     return [REPEATS[kind] for kind in kinds if kind in REPEATS]
 
 
@@ -73,7 +79,22 @@ def apply_modifiers(
 
 
 def _changes_faces(modifier: bpy.types.Modifier) -> bool:
-    return modifier.show_render and modifier.type not in KEEPS_FACES and not is_playback(modifier)
+    if not modifier.show_render or modifier.type in KEEPS_FACES or is_playback(modifier):
+        return False
+    return modifier.type != "NODES" or (modifier.node_group is not None and _makes_faces(modifier.node_group, set()))
+
+
+def _makes_faces(tree: bpy.types.NodeTree, looked_at: set) -> bool:
+    """Whether some node of the ``tree``, but for those in trees ``looked_at``, makes or repeats geometry."""
+    looked_at.add(tree)
+    for node in tree.nodes:
+        inner = getattr(node, "node_tree", None)
+        if inner is not None:
+            if inner not in looked_at and _makes_faces(inner, looked_at):
+                return True
+        elif node.bl_idname not in NODES_KEEP_FACES and any(socket.type == "GEOMETRY" for socket in node.outputs):
+            return True
+    return False
 
 
 @contextmanager

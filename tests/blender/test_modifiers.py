@@ -58,6 +58,34 @@ def test_what_repeats_is_said(kind, settings):
     assert "1 object (tile)" in warning and "--apply-modifiers" in warning
 
 
+def node_group(name, *kinds):
+    """A group of geometry nodes of these kinds, or of other groups, one after the other."""
+    tree = bpy.data.node_groups.new(name, "GeometryNodeTree")
+    for way in ("INPUT", "OUTPUT"):
+        tree.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
+    last = tree.nodes.new("NodeGroupInput").outputs[0]
+    for kind in kinds:
+        node = tree.nodes.new(kind if isinstance(kind, str) else "GeometryNodeGroup")
+        if not isinstance(kind, str):
+            node.node_tree = kind
+        tree.links.new(last, node.inputs[0])
+        last = node.outputs[0]
+    tree.links.new(last, tree.nodes.new("NodeGroupOutput").inputs[0])
+    return tree
+
+
+@pytest.mark.parametrize("inner", ["GeometryNodeSetShadeSmooth", "GeometryNodeExtrudeMesh"])
+def test_geometry_nodes_that_keep_the_faces_repeat_nothing(scene, inner):
+    smooth = node_group("inner", inner)
+    box = quad("box")
+    add(box, "BEVEL", width=0.1, affect="VERTICES")
+    add(box, "NODES", node_group=node_group("Auto Smooth", "GeometryNodeSetMaterial", "NodeReroute", smooth))
+    repeats = any(words.startswith(REPEATS["NODES"]) for words in read().warnings)
+    assert repeats == (inner == "GeometryNodeExtrudeMesh")
+    applied(scene)
+    assert [modifier.type for modifier in box.modifiers] == ([] if repeats else ["NODES"])
+
+
 def test_what_does_not_repeat_needs_no_such_word():
     array(quad("one"), count=1)
     hidden = array(quad("hidden", location=(0, 9, 0)))

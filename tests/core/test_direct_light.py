@@ -8,6 +8,7 @@ from detp.core.bake import baked
 from detp.core.direct.ambient_occlusion import ambient_occlusion
 from detp.core.direct.direct_light import DirectLight
 from detp.core.direct.low_discrepancy import scrambled_net
+from detp.core.direct.passage import SeeThrough
 from detp.core.direct.scene_lights import MOST_SHARP_LAMPS
 from detp.core.direct.shadows import Shadows
 from detp.core.errors import InvalidSettingError
@@ -109,6 +110,33 @@ def test_clear_surfaces_let_their_share_pass_and_others_none():
     assert found == pytest.approx([0.1, 1.0])
     wall = scene_of(plane(), plane(1, 1), plane(1, 2), transmittance=panes[:1], lights=sun)
     assert direct(wall, (0.1, 0.2, 0))[0][0] == 0
+
+
+def passed(scene, origin, direction):
+    """How many surfaces a ray of ``scene`` meets, and the share of the light that comes from behind the last one."""
+    surfaces = SeeThrough(RayCaster(scene.corners), scene.transmittance)
+    met = list(surfaces.met(np.array([origin], float), np.array([direction], float)))
+    return sum(int((hits.triangle >= 0).sum()) for _, hits, _ in met), met[-1][2][0, 0]
+
+
+def test_light_passes_hundreds_of_clear_surfaces_but_not_once_next_to_nothing_is_left_of_it():
+    sheets = [plane(1, 0.01 * number) for number in range(300)]
+    for share, count in ((1.0, 300), (0.99, 300), (0.5, 20)):
+        scene = scene_of(*sheets, transmittance=[(each, (share,) * 3) for each in range(300)])
+        assert passed(scene, (0.1, 0.2, -1), UP) == (
+            count,
+            pytest.approx(share ** min(count, 19 if share < 0.9 else count)),
+        )
+
+
+def test_a_ray_that_meets_the_same_place_again_and_again_is_given_up():
+    # Beside corners at 1e19 m, faces of a metre are too small for the products of float32: Embree finds any corner.
+    far = np.array([(1e19, 0, 0), (0, 1e19, 0), (-1e19, 0, 0), (0, -1e19, 0)]) - (0, 0, 1e19)
+    scene = scene_of(plane(1, 1), far, far, transmittance=[(0, (1.0,) * 3)])
+    surfaces = SeeThrough(RayCaster(scene.corners, np.array([(0, 0, 1e6), (0, 1e6, 0)])), scene.transmittance)
+    at = np.random.default_rng(3).uniform(-1, 1, (1000, 2))
+    met = surfaces.met(np.column_stack([at, 0 * at[:, 0]]), np.tile(UP, (1000, 1)))
+    assert len(list(met)) < 20
 
 
 def test_shadows_end_at_the_light():

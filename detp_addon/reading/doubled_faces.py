@@ -78,4 +78,5 @@ def _pairs_around_edges(corners: np.ndarray, steps: np.ndarray) -> tuple[np.ndar
         for gap in range(1, min(_MOST_AROUND, len(edge)))
     ]
     first, second = np.concatenate([np.zeros((2, 0), np.int64), *pairs], axis=1)
-    return np.divmod(np.unique(first * len(corners) + second), max(len(corners), 1))
+    other = first != second  # what is smaller than a step has one edge twice
+    return np.divmod(np.unique(first[other] * len(corners) + second[other]), max(len(corners), 1))

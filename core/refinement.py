@@ -16,7 +16,7 @@ from .direct.direct_light import DirectLight
 from .estimator.visible_area import SPARSE
 from .irradiance import Irradiance, error_within, share_within
 from .photons.photon_light import PHOTONS_PER_GATHER, PhotonLight
-from .settings import BakeSettings
+from .settings import NOISE_SHARE, BakeSettings
 from .stages import Stopwatch
 
 #: The first steps, so that there is light to look at soon, and the variance is known: so many rounds, but no fewer rays
@@ -64,6 +64,14 @@ SPENT = 2.0
 #: Variance by photons over that by rays from which rays are of no use; and when photons then save less than this share
 #: of what they should, the records differ by where they lie.
 STUCK, STALE = 20.0, 0.2
+
+#: When photons are used up, more rays are of no use if half as many again, or more, left this share of the error.
+FLAT, HALF_AGAIN = 0.95, 1.5
+
+#: A number of photons says nothing of the error; rays are cast until they are as good, but no further than to this
+#: share of the quality's error, with nine tenths of the points within TIMES as much as the quality's: where little
+#: light is reflected, photons leave next to nothing to be as good as.
+FINE = 0.25
 
 #: Once half of the points keep to the error that is aimed at, neighbourhoods in which more than such a share of the
 #: points are off by more than so many times that error are worked on, until they hold few of all points.
@@ -153,6 +161,9 @@ class Refinement:
         self._error, self._parts, self._over = float("nan"), (0.0, 0.0), 0.0
         # Rays see new photons at records only when they are cast after them: so many rounds are due.
         self._due = _first_gather(settings.aimed_noise) if cells else 0
+        # Rounds and error when they were last looked at, and whether more rounds have hardly brought it down since.
+        self._last, self._flat = (0, float("nan")), False
+        self._fine = False
         # What a step of rays and of photons saved of late, over what it was to save; and how many there were before.
         self._worth, self._before = [1.0, 1.0], (0, 0)
         self.missing: np.ndarray | None = None
@@ -168,6 +179,10 @@ class Refinement:
         self._error, goal = error, self._settings.aimed_noise
         if self._photons is not None and self._cells and self._due:
             return
+        rounds, before = self._amounts[0], self._last
+        self._flat = rounds >= max(HALF_AGAIN * before[0], AIMED_AFTER) and self._error > FLAT * before[1]
+        self._last, aim = (rounds, self._error), NOISE_SHARE * self._settings.target_error
+        self._fine = rounds >= AIMED_AFTER and self._error <= FINE * aim and light.high_error <= TIMES * aim
         lit = np.flatnonzero(np.abs(light.value).sum(axis=1) > 0)
         weights = _weights(light.relative_errors, self._error)
         self.missing, self._over = None, 0.0
@@ -232,11 +247,13 @@ class Refinement:
         rays, photons = self._more_rays(), self._more_photons()
         if rays is not None and photons is None and self._photons is not None and self._settings.aimed_noise is None:
             # The photons are used up, and their noise will remain.
-            return self._in_time(rays) if self._gain(rays) > self._gain(Step(photons=1)) else None
+            return None if self._fine or self._gain(rays) <= self._gain(Step(photons=1)) else self._in_time(rays)
         if rays is None and photons is not None and self._parts[0] > SPENT * self._parts[1]:
             return None  # the rays are used up, and more photons would not help
         if self._cells and photons is None and self._parts[1] > SPENT * self._parts[0]:
             return None  # the other way round
+        if self._cells and photons is None and self._flat and self.missing is None:
+            return None  # what is left is in the records
         step = max(filter(None, (rays, photons)), key=self._gain, default=None)
         if step is not None and step.photons and self._stale():
             return None  # records are off by where they lie, and more photons do not help

@@ -134,8 +134,12 @@ class BakeSettings:
 
     @property
     def sends_photons(self) -> bool:
-        """Whether photons find any of the light."""
-        return self.direct_by == "photons" or (self.indirect_by != "off" and self.bounces > 0)
+        """Whether photons find any of the light of surfaces that reflect diffusely.
+
+        Where light is gathered, shadow rays light what rays land on, and photons bring what is reflected twice.
+        """
+        least = {"photons": 1, "gather": 2}.get(self.indirect_by, math.inf)
+        return self.direct_by == "photons" or self.bounces >= least
 
     @property
     def direct_by(self) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -92,6 +93,11 @@ class SpotLight:
         """1 - c, without cancellation in a narrow cone."""
         return 2.0 * np.sin(0.25 * self.size) ** 2
 
+    @cached_property
+    def _to_own(self) -> np.ndarray:
+        """(3, 3), by which rows of world directions become those of the own space; few rays ask for it very often."""
+        return np.linalg.inv(self.axis).T
+
     @property
     def _round_flux(self) -> np.ndarray:
         return self.power * (0.5 * self.fall * (1.0 - 0.5 * self.blend))
@@ -108,7 +114,7 @@ class SpotLight:
 
     def _share(self, directions: np.ndarray) -> np.ndarray:
         """Intensity (K,) along unit world ``directions`` (K, 3), over that of the axis."""
-        own = directions @ np.linalg.inv(self.axis).T
+        own = directions @ self._to_own
         squares = own**2
         squares /= squares.sum(axis=1, keepdims=True)
         ahead = own[:, 2] < 0.0

@@ -14,8 +14,8 @@ _AGREES = 0.75
 #: how much farther than the nearest face one with an agreeing normal may be
 _REACH = 3.0
 
-#: the same as a share of the surface's size, for elements that lie on several faces at once
-_TOUCHING = 1e-4
+#: the same as a share of how far corners usually lie from their middle, for elements that lie on several faces at once
+_TOUCHING = 4e-4
 
 
 def nearest_places(surface: MeshSurface, positions: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -32,8 +32,8 @@ def nearest_places(surface: MeshSurface, positions: np.ndarray, normals: np.ndar
         return found, places
     # Blender's tree holds float32, so it is built around the surface's middle.
     corners = surface.vertices[surface.triangles[rows].ravel()]
-    middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
-    touching = _TOUCHING * float(np.linalg.norm(np.ptp(corners, axis=0)))
+    middle = np.median(corners, axis=0)  # which no stray vertex moves
+    touching = _TOUCHING * float(np.median(np.linalg.norm(corners - middle, axis=1)))
     tree = BVHTree.FromPolygons(
         (corners - middle).tolist(), np.arange(len(corners)).reshape(-1, 3).tolist(), all_triangles=True
     )

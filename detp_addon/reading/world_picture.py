@@ -140,11 +140,7 @@ def _seen_by_diffuse_light(world) -> Iterator[bpy.types.World]:
         if hasattr(copy, "cycles"):
             # Only the camera looks at the sky: a map of where to send shadow rays would be made for nothing.
             copy.cycles.sampling_method = "NONE"
-        tree = copy.node_tree
-        output = tree.get_output_node("CYCLES")
-        for link in list(output.inputs["Volume"].links):
-            tree.links.remove(link)
-        _set_rays(tree, groups)
+        _set_rays(copy.node_tree, groups)
         yield copy
     finally:
         bpy.data.worlds.remove(copy)
@@ -153,8 +149,15 @@ def _seen_by_diffuse_light(world) -> Iterator[bpy.types.World]:
 
 
 def _set_rays(tree, groups: list) -> None:
-    """Let all Light Path nodes in a tree tell what diffuse light sees; its node groups become copies, in ``groups``."""
+    """Let all Light Path nodes in a tree tell what diffuse light sees, and its outputs have no volume.
+
+    Its node groups become copies, in ``groups``.
+    """
     for node in list(tree.nodes):
+        if node.bl_idname == "ShaderNodeOutputWorld":
+            # Cycles takes outputs inside groups, too.
+            for link in list(node.inputs["Volume"].links):
+                tree.links.remove(link)
         if node.bl_idname == "ShaderNodeGroup" and node.node_tree is not None:
             node.node_tree = node.node_tree.copy()
             groups.append(node.node_tree)

@@ -70,6 +70,20 @@ def test_an_object_on_its_double_shines_once_far_from_the_origin():
     assert shone()[0] == pytest.approx(2.0)
 
 
+@pytest.mark.parametrize("double", [False, True])
+def test_small_things_shine_on_however_far_a_stray_face_is(double):
+    at = np.linspace(0.0, 0.1, 11)
+    corners = [(x, y, 0.0) for y in at for x in at]
+    faces = [(i, i + 1, i + 12, i + 11) for i in range(109) if i % 11 < 10]
+    panel("lamps", faces, corners)
+    if double:
+        panel("doubles", faces, corners)
+    panel("stray", [(0, 1, 2)], [(3e6, 0, 0), (3e6 + 1, 0, 0), (3e6, 1, 0)], shines=diffuse((0.5, 0.5, 0.5)))
+    power, words = shone()
+    assert power == pytest.approx(2.0 * 0.01, rel=1e-3)
+    assert len(words) == double
+
+
 def test_neighbours_corners_and_panels_close_by_shine_on():
     """A strip, something folded at its edge, and a panel a millimetre above."""
     vertices = [*SQUARE, (2, 0, 0), (2, 1, 0), (0, 0, 1), (1, 0, 1)]

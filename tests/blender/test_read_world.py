@@ -9,6 +9,7 @@ bpy = pytest.importorskip("bpy")
 
 from detp.core.lights.environment import EnvironmentWorld  # noqa: E402
 from detp.core.lights.world import UniformWorld  # noqa: E402
+from detp.detp_addon.reading.world_picture import _seen_by_diffuse_light  # noqa: E402
 from detp.detp_addon.reading.world_spots import spots  # noqa: E402
 from made_scenes import all_counts, fresh, image, lamp, node, quad, read, with_nodes, world  # noqa: E402
 
@@ -104,6 +105,25 @@ def test_the_picture_shows_what_diffuse_rays_see():
 
     world_of(build)
     assert abs(only_light().radiance.mean()) < 0.01
+
+
+def test_volumes_are_left_out_of_groups_too():
+    # Cycles takes the outputs inside groups, and a volume at every sample, which costs fifty times as much.
+    inner = bpy.data.node_groups.new("inner", "ShaderNodeTree")
+    inner.interface.new_socket("Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
+    background = inner.nodes.new("ShaderNodeBackground").outputs[0]
+    inner.links.new(background, inner.nodes.new("NodeGroupOutput").inputs[0])
+    volume = node(inner, "ShaderNodeVolumePrincipled", Density=5.0).outputs[0]
+    inner.links.new(volume, inner.nodes.new("ShaderNodeOutputWorld").inputs["Volume"])
+    world = bpy.data.worlds.new("made")
+    tree = with_nodes(world)
+    group = tree.nodes.new("ShaderNodeGroup")
+    group.node_tree = inner
+    tree.links.new(group.outputs[0], tree.nodes.new("ShaderNodeOutputWorld").inputs["Surface"])
+    with _seen_by_diffuse_light(world) as copy:
+        (seen,) = (each.node_tree for each in copy.node_tree.nodes if each.bl_idname == "ShaderNodeGroup")
+        assert seen is not inner and not any(link.to_socket.name == "Volume" for link in seen.links)
+    assert any(link.to_socket.name == "Volume" for link in inner.links) and len(bpy.data.node_groups) == 1
 
 
 def sky_image(spots, size=(1024, 2048), turn=None):

@@ -8,6 +8,7 @@ from detp.core.bake import baked
 from detp.core.direct.ambient_occlusion import ambient_occlusion
 from detp.core.direct.direct_light import DirectLight
 from detp.core.direct.low_discrepancy import scrambled_net
+from detp.core.direct.passage import MOST_IDLE, SeeThrough
 from detp.core.direct.scene_lights import MOST_SHARP_LAMPS
 from detp.core.direct.shadows import Shadows
 from detp.core.errors import InvalidSettingError
@@ -19,7 +20,7 @@ from detp.core.lights.sun import SunLight
 from detp.core.lights.world import UniformWorld
 from detp.core.photons.emission import lights_of
 from detp.core.points import Points
-from detp.core.rays import RayCaster
+from detp.core.rays import Hits, RayCaster
 from detp.core.scene import Scene
 from detp.core.settings import BakeSettings
 
@@ -109,6 +110,41 @@ def test_clear_surfaces_let_their_share_pass_and_others_none():
     assert found == pytest.approx([0.1, 1.0])
     wall = scene_of(plane(), plane(1, 1), plane(1, 2), transmittance=panes[:1], lights=sun)
     assert direct(wall, (0.1, 0.2, 0))[0][0] == 0
+
+
+def passed(scene, origin, direction):
+    """How many surfaces a ray of ``scene`` meets, and the share of the light that comes from behind the last one."""
+    surfaces = SeeThrough(RayCaster(scene.corners), scene.transmittance)
+    met = list(surfaces.met(np.array([origin], float), np.array([direction], float)))
+    return sum(int((hits.triangle >= 0).sum()) for _, hits, _ in met), met[-1][2][0, 0]
+
+
+def test_light_passes_hundreds_of_clear_surfaces_but_not_once_next_to_nothing_is_left_of_it():
+    sheets = [plane(1, 0.01 * number) for number in range(300)]
+    for share, count in ((1.0, 300), (0.99, 300), (0.5, 20)):
+        scene = scene_of(*sheets, transmittance=[(each, (share,) * 3) for each in range(300)])
+        assert passed(scene, (0.1, 0.2, -1), UP) == (
+            count,
+            pytest.approx(share ** min(count, 19 if share < 0.9 else count)),
+        )
+
+
+def test_a_ray_that_meets_the_same_place_again_and_again_is_given_up(monkeypatch):
+    """Of needles, and of faces beside others at 1e19 m, rounding finds the same corner wherever a ray starts."""
+    scene = scene_of(plane(1, 1), plane(1, 2), transmittance=[(0, (1.0,) * 3), (1, (1.0,) * 3)])
+    caster, first_hits = RayCaster(scene.corners), RayCaster.first_hits
+
+    def held_fast(self, origins, directions, distances=None):
+        hits = first_hits(self, origins, directions, distances)
+        held = origins[:, 0] > 0
+        return Hits(np.where(held, 0, hits.triangle), np.where(held[:, None], (0.5, 0, 1), hits.points))
+
+    monkeypatch.setattr(RayCaster, "first_hits", held_fast)
+    starts = np.array([(0.5, 0, 0), (-0.5, 0, 0)])
+    met = list(SeeThrough(caster, scene.transmittance).met(starts, np.tile(UP, (2, 1))))
+    assert len(met) == MOST_IDLE + 1
+    arrived = np.concatenate([rows[hits.triangle < 0] for rows, hits, _ in met])
+    assert arrived.tolist() == [1], "what is not held fast passes both panes"
 
 
 def test_shadows_end_at_the_light():

@@ -33,7 +33,7 @@ POINTS = 1000
 class Bake:
     """Made-up light whose noise falls as it does: at every point 1 W/m^2 directly, and 1 W/m^2 by photons."""
 
-    def __init__(self, settings, ray_noise=0.5, photon_noise=100.0, rays=True, photons=True, lit=True):
+    def __init__(self, settings, ray_noise=0.5, photon_noise=100.0, rays=True, photons=True, lit=True, cells=0):
         rays_of_points = {
             "rays_per_round": 8 * POINTS,
             "points": POINTS,
@@ -45,7 +45,7 @@ class Bake:
         self.noises, self.lit = (ray_noise, photon_noise), lit
         self.stopwatch = Stopwatch("shadow", "trace", "gather")
         self.settings, self.start = settings, time.perf_counter()
-        self.refinement = Refinement(settings, self.direct, self.photons, self.stopwatch, self.start)
+        self.refinement = Refinement(settings, self.direct, self.photons, self.stopwatch, self.start, cells)
         self.steps = []
 
     def light(self, noise, amount):
@@ -109,6 +109,25 @@ def test_so_many_photons_and_no_more():
     assert bake.photons.particles == 100_000
     # The rays end when what they would save costs more than the last photons did.
     assert FIRST_ROUNDS < bake.direct.done <= MOST_ROUNDS
+
+
+def test_so_many_photons_that_leave_next_to_no_noise_do_not_keep_rays_going():
+    bake = Bake(BakeSettings(photons=1000), photon_noise=1e-4)
+    error = bake.run()
+    goal = refinement.FINE * NOISE_SHARE * bake.settings.target_error
+    assert 0.5 * goal < error <= goal and bake.direct.done < MOST_ROUNDS
+
+
+@pytest.mark.parametrize(("error", "goes_on"), [(0.138, False), (0.11, True)])
+def test_rays_end_when_twice_as_many_hardly_bring_the_error_down_and_no_photons_are_left(error, goes_on):
+    bake = Bake(BakeSettings(error=0.05, photons=5000), ray_noise=0.5, photon_noise=6.0, cells=100)
+    bake.photons.particles, bake.refinement._due = 5000, 0
+    bake.photons.segments = bake.photons.crossings = 5000
+    for rounds, found in ((16, 0.14), (32, error)):
+        bake.direct.done = rounds
+        parts = bake.light(0.5, rounds), bake.light(6.0, 5000)
+        bake.refinement.observe(*parts, parts[0] + parts[1], found)
+        assert (bake.refinement.next() is not None) == (rounds == 16 or goes_on)
 
 
 def test_an_error_out_of_reach_ends_with_the_photons():
@@ -180,8 +199,9 @@ def test_a_tenth_of_the_points_whose_light_photons_leave_off_alike_keeps_a_bake_
         assert refinement.next() is None, "enough photons are enough"
 
 
-def test_what_single_rays_light_later_does_not_keep_a_bake_from_ending():
+def test_what_single_rays_light_later_does_not_keep_a_bake_from_ending(monkeypatch):
     """Sunk into a floor in the open lies a box with a lid that has a hole: at first hardly any ray gets in."""
+    monkeypatch.setattr(refinement, "FINE", 0.0)  # so that it goes on for long enough
     floor = [(-4, -4, 2), (4, -4, 2), (4, 4, 2), (-4, 4, 2)]
     bottom, _, *walls = box_quads((1, 1, 1))
     hole = 0.02

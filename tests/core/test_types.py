@@ -115,7 +115,8 @@ def test_qualities_trade_photons_for_error():
 def test_a_number_of_photons_ends_no_bake_that_sends_none():
     assert BakeSettings(photons=7).aimed_noise is None
     assert BakeSettings(photons=7, indirect="off", direct="photons").aimed_noise is None
-    for without in ({"indirect": "off"}, {"bounces": 0}):
+    assert BakeSettings(photons=7, indirect="photons", bounces=1).aimed_noise is None
+    for without in ({"indirect": "off"}, {"bounces": 0}, {"bounces": 1}):
         assert BakeSettings(photons=7, **without).aimed_noise == BakeSettings().aimed_noise > 0
 
 

@@ -79,8 +79,8 @@ def read_mesh(
 ) -> MeshSurface:
     """The ``mesh`` of the object ``name`` with the materials of its ``slots`` (None where empty).
 
-    Modifiers have ``changed`` it or not. ``layers`` tells the colour layers of the mesh before its modifiers, when materials ask for colours. All triangles
-    with finite vertices are kept, until :func:`with_area` has looked at them.
+    ``layers`` tells the colour layers of the mesh before its modifiers, when materials ask for colours; ``changed``,
+    whether it has modifiers. All triangles with finite vertices are kept, until :func:`with_area` has looked at them.
     """
     vertices, corner_vertices = vertex_positions(mesh), corner_vertex_indices(mesh)
     corners = corner_triangles(mesh)

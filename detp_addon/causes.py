@@ -14,6 +14,12 @@ from .wording import counted
 #: so many times as far away as most of the scene, an object leaves too few digits to tell the rest apart
 _STRAY = 1e5
 
+#: words of what may have been left out in place of light
+_DARKENS = (
+    *("lights ", "gives no light", "hidden from diffuse light", "portal", "nodes that vary the light"),
+    *("a plain value takes", "kind of ray", "volume"),
+)
+
 #: lamps that are looked at, and how far behind a face one counts as meant to shine on it, of the face's size
 MOST_LAMPS, SUNK = 16, 1e-2
 
@@ -30,9 +36,9 @@ def why_nothing_to_bake(scene: bpy.types.Scene, chosen: list[bpy.types.Object] |
     return f"There is nothing to bake: {_listed(found, 'object')}." if found else None
 
 
-def why_no_light(scene: bpy.types.Scene, warnings: Iterable[str]) -> str | None:
-    """Why nothing gives light, from the scene and the ``warnings`` of its reading; None when it just has no light."""
-    causes = [warning for warning in warnings if "light" in warning]
+def why_no_light(scene: bpy.types.Scene, said: Iterable[str]) -> str | None:
+    """Why nothing gives light, from the scene and what was ``said`` at its reading; None when it just has no light."""
+    causes = [sentence for sentence in said if any(words in sentence for words in _DARKENS)]
     found: dict[str, list[str]] = {}
     for obj in scene.objects:
         if obj.type == "LIGHT" and obj.hide_render:

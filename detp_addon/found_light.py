@@ -198,7 +198,7 @@ def _bake_steps(
             given = surfaces, places, settings, points.fit
             result = yield from (bake(*given, crew) if baking is None else baking(*given))
     except NoLightError as error:
-        raise NoLightError(why_no_light(scene, export.warnings) or str(error)) from None
+        raise NoLightError(why_no_light(scene, (*export.left_out, *export.warnings)) or str(error)) from None
     yield Progress("Writing the colours", 1.0, result)
 
 

@@ -20,7 +20,7 @@ import bpy
 import numpy as np
 from detp.detp_addon.reading import findings as findings_module
 from detp.detp_addon.reading.read_scene import ExportedScene, read_scene
-from detp.detp_addon.reading.read_shaders import HARMLESS_INPUTS
+from detp.detp_addon.reading.read_shaders import HARMLESS_INPUTS, NOT_IN_CYCLES
 from detp.detp_addon.reading.render_settings import NAMED, decision
 
 #: what is asked to be baked is no shader, groups are looked into, and frames and reroutes hold nothing
@@ -225,7 +225,7 @@ def shader_table() -> dict[str, dict[str, list[str]]]:
     for kind, inputs in known:
         row = table[label(kind)] = {HONOURED: [], NAMED_WORD: [], HARMLESS: [], "?": []}
         for fed in inputs:
-            harmless = HARMLESS if fed in HARMLESS_INPUTS else "?"
+            harmless = HARMLESS if fed in HARMLESS_INPUTS or kind in NOT_IN_CYCLES else "?"
             row[found.get((kind, fed), harmless)].append(fed)
     return table
 
@@ -293,9 +293,16 @@ def settings() -> dict[str, list[str]]:
     walk["lamp"] = sorted({name for lamp in lamps.values() for name in lamp.bl_rna.properties.keys()})
     of_objects = ("visible_", "is_holdout", "is_shadow_catcher", "hide_render", "pass_index", "color")
     walk["visibility"] = [name for name in obj.bl_rna.properties.keys() if name.startswith(of_objects)]
+    common = set(bpy.types.ShaderNode.bl_rna.properties.keys())
+    shading = [kind for kind in node_types() if kind.startswith("ShaderNode")]
+    walk["node"] = sorted({name for kind in shading for name in _properties(kind)} - common)
     known = {"rna_type", "name", "animation_data", "cycles", "cycles_visibility"}
     ids = known | set(bpy.types.ID.bl_rna.properties.keys())
     return {kind: [name for name in names if name not in ids] for kind, names in walk.items()}
+
+
+def _properties(kind: str) -> list[str]:
+    return getattr(bpy.types, kind).bl_rna.properties.keys()
 
 
 def settings_table() -> dict[str, dict[str, list[str]]]:

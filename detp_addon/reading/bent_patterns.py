@@ -5,7 +5,7 @@ from __future__ import annotations
 from .read_node_graph import Feed, feed_of
 
 #: operations by which means of texels stay means, those of two images not looked at
-_STRAIGHT = {"ADD", "SUBTRACT", "MULTIPLY", "MULTIPLY_ADD", "DIVIDE", "RADIANS", "DEGREES"}
+_STRAIGHT = {"ADD", "SUBTRACT", "MULTIPLY", "MULTIPLY_ADD", "DIVIDE", "RADIANS", "DEGREES", "SCALE", "DOT_PRODUCT"}
 
 #: nodes whose means over patches hide what differs within
 _PATTERNS = {"ShaderNodeTexImage", "ShaderNodeTexChecker"}
@@ -13,7 +13,7 @@ _PATTERNS = {"ShaderNodeTexImage", "ShaderNodeTexChecker"}
 #: nodes that bend what they are given, and ways to mix colours that do
 _BENT = {
     *("ShaderNodeValToRGB", "ShaderNodeMapRange", "ShaderNodeFloatCurve", "ShaderNodeRGBCurve", "ShaderNodeGamma"),
-    *("ShaderNodeClamp", "ShaderNodeBrightContrast"),
+    *("ShaderNodeClamp", "ShaderNodeBrightContrast", "ShaderNodeHueSaturation"),
 }
 _BENT_BLENDS = {"DARKEN", "LIGHTEN", "DODGE", "BURN", "OVERLAY", "SOFT_LIGHT", "DIFFERENCE"}
 
@@ -45,6 +45,6 @@ def bends_patterns(feed: Feed) -> bool:
 
 
 def _bent(node) -> bool:
-    if node.bl_idname == "ShaderNodeMath":
-        return node.operation not in _STRAIGHT or node.use_clamp
+    if node.bl_idname in ("ShaderNodeMath", "ShaderNodeVectorMath"):
+        return node.operation not in _STRAIGHT or getattr(node, "use_clamp", False)
     return node.bl_idname in _BENT or getattr(node, "blend_type", "MIX") in _BENT_BLENDS

@@ -201,7 +201,11 @@ def _on_surface(part: CornerPoints, surface: MeshSurface, centres, normals, faci
     # In an object that is flattened to a plane some faces have no direction left.
     across, directed = safe_unit(flat @ turn)
     facing = np.where((found & directed)[:, None], across, facing)
-    # Rounded as its points are, unless the surface turns away there.
+    if surface.normals is not None:
+        shading = np.einsum("kc,kcd->kd", weights, surface.normals[surface.corners[triangles]]) @ turn
+        shading, directed = safe_unit(shading)
+        normals = np.where((found & directed)[:, None], shading, normals)
+    # Rounded as the surface is, unless it turns away there.
     smooth = dots(normals, facing) > _SMOOTH
     normals = np.where((found & ~smooth)[:, None], facing, normals)
     hollow = facing_in_hollows(corners @ linear.T, facing, around, weights, normals)

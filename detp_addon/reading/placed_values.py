@@ -23,6 +23,7 @@ BASES = {
     "object alpha": None,
     "object index": None,
     "object random": None,
+    "instancer": None,
     "property": None,
 }
 
@@ -67,6 +68,7 @@ class Standing:
     matrix      (4, 4) that takes its mesh into the world, in Blender's units
     random      its number from 0 to 1
     number      which instance of its parent's it is
+    coordinates by name: where on its parent it stands, (3,) as "Generated" and "UV" say; zero of what is no instance
     attributes  of instances
     """
 
@@ -75,6 +77,7 @@ class Standing:
     matrix: np.ndarray
     random: float
     number: int
+    coordinates: dict[str, np.ndarray]
     attributes: InstanceAttributes
     depsgraph: bpy.types.Depsgraph
 
@@ -83,11 +86,14 @@ class Standing:
         """Of an instance of the ``depsgraph``."""
         matrix, obj = np.array(instance.matrix_world, np.float64), instance.object
         if not instance.is_instance:
-            return cls(obj, None, matrix, object_number(obj.name), 0, attributes, depsgraph)
+            nowhere = dict.fromkeys(("Generated", "UV"), np.zeros(3))
+            return cls(obj, None, matrix, object_number(obj.name), 0, nowhere, attributes, depsgraph)
         # Cycles makes a number of 32 bits to one from 0 to 1.
         random = (instance.random_id & 0xFFFFFFFF) / 0xFFFFFFFF
         number = next((part for part in reversed(instance.persistent_id) if part != _NO_LEVEL), 0)
-        return cls(obj, instance.parent, matrix, random, number, attributes, depsgraph)
+        # Cycles makes the first of these out of what it takes for a place between -1 and 1.
+        where = {"Generated": 0.5 * np.array(instance.orco) - 0.5, "UV": np.array([*instance.uv, 0.0])}
+        return cls(obj, instance.parent, matrix, random, number, where, attributes, depsgraph)
 
 
 def placed_value(key: tuple[str, str], standing: Standing, given: dict, corners: int) -> np.ndarray:
@@ -107,6 +113,8 @@ def placed_value(key: tuple[str, str], standing: Standing, given: dict, corners:
     obj = standing.obj
     if kind == "property":
         value = _property(*name.split(" ", 1), standing)
+    elif kind == "instancer":
+        value = standing.coordinates[name]
     else:
         value = {
             "object location": lambda: matrix[:3, 3],

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...core.group_sums import group_means
 from ..writing.baked_layers import ColourLayers
 from .findings import Findings
 from .islands import island_numbers
@@ -21,6 +22,7 @@ _LAYOUTS = {
     "FLOAT_VECTOR": ("vector", 3, np.float32),
     "FLOAT_COLOR": ("color", 4, np.float32),
     "BYTE_COLOR": ("color", 4, np.float32),
+    "QUATERNION": ("value", 4, np.float32),
 }
 
 
@@ -90,7 +92,16 @@ def attribute_at_corners(mesh, name: str, corner_vertices: np.ndarray) -> np.nda
         return values[corner_vertices]
     if layer.domain == "FACE":
         return np.repeat(values, face_sizes(mesh), axis=0)
+    if layer.domain == "EDGE":
+        return _means_of_edges(mesh, values)[corner_vertices]
     return values if layer.domain == "CORNER" else None
+
+
+def _means_of_edges(mesh, values: np.ndarray) -> np.ndarray:
+    """What a vertex (V, c) shows of the ``values`` (edges, c) of its edges: their mean, as in Cycles."""
+    ends = np.empty(2 * len(mesh.edges), np.int32)
+    mesh.edges.foreach_get("vertices", ends)
+    return group_means(np.repeat(values.astype(np.float64), 2, axis=0), ends, len(mesh.vertices))[0]
 
 
 def colours_of_elements(geometry, name: str) -> np.ndarray | None:
@@ -135,7 +146,8 @@ def face_sizes(mesh) -> np.ndarray:
 
 def _positions(mesh, space: str) -> np.ndarray:
     values = np.empty(3 * len(mesh.vertices), np.float32)
-    mesh.vertices.foreach_get("co", values)
+    # Generated coordinates stay on a surface that is bent.
+    mesh.vertices.foreach_get("co" if space == "Object" else "undeformed_co", values)
     values = values.reshape(-1, 3)
     if space == "Object":
         return values

@@ -15,6 +15,10 @@ from .working_space import from_rec709
 PATTERNS = ("Noise", "Voronoi", "Musgrave", "Wave", "Magic", "WhiteNoise", "Gabor", "Brick")
 
 
+#: what a texture node's own mapping takes for a coordinate
+_AXES = {"NONE": np.zeros(3), **dict(zip("XYZ", np.eye(3), strict=True))}
+
+
 def _set_value(values: Values, node, output, groups):
     return constant(node.outputs[0])
 
@@ -22,15 +26,26 @@ def _set_value(values: Values, node, output, groups):
 def _image(values: Values, node, output, groups):
     linked = values.linked(node, "Vector", groups)
     coordinates = values.input(node, "Vector", groups) if linked else values.places.given("uv")
-    colour, alpha = values.places.image(node, coordinates)
+    colour, alpha = values.places.image(node, mapped(node, coordinates))
     return alpha if output.identifier == "Alpha" else colour
 
 
+def mapped(node, coordinates: np.ndarray) -> np.ndarray:
+    """The ``coordinates`` (m, 3) of a texture node after the mapping of its own, which scripts and old files set."""
+    own = node.texture_mapping
+    turned = np.stack([_AXES[axis] for axis in (own.mapping_x, own.mapping_y, own.mapping_z)])
+    return _moved(own.vector_type, coordinates @ turned.T, own.translation, own.rotation, own.scale)
+
+
 def _uv_map(values: Values, node, output, groups):
+    if node.from_instancer:
+        return values.places.given("instancer", "UV")
     return values.places.given("uv", node.uv_map)
 
 
 def _texture_coordinate(values: Values, node, output, groups):
+    if node.from_instancer and output.identifier in ("Generated", "UV"):
+        return values.places.given("instancer", output.identifier)
     if output.identifier == "UV":
         return values.places.given("uv")
     if output.identifier == "Normal":
@@ -53,14 +68,17 @@ def _mapping(values: Values, node, output, groups):
         values.input(node, name, groups) if find_input(node, name) else None
         for name in ("Vector", "Location", "Rotation", "Scale")
     )
-    if len(rotation) > 1:
-        return None
-    turn = _rotation_matrix(*rotation[0])
-    if node.vector_type == "POINT":
+    return None if len(rotation) > 1 else _moved(node.vector_type, vector, location, rotation[0], scale)
+
+
+def _moved(kind: str, vector, location, rotation, scale) -> np.ndarray:
+    """``vector`` (m, 3) moved, turned and scaled as Blender's mapping of that ``kind`` says."""
+    location, scale, turn = np.array(location), np.array(scale), _rotation_matrix(*rotation)
+    if kind == "POINT":
         return (vector * scale) @ turn.T + location
-    if node.vector_type == "TEXTURE":
+    if kind == "TEXTURE":
         return ((vector - location) @ turn) / np.where(scale == 0.0, 1.0, scale)
-    if node.vector_type == "VECTOR":
+    if kind == "VECTOR":
         return (vector * scale) @ turn.T
     return unit(np.where(scale == 0.0, 0.0, vector / np.where(scale == 0.0, 1.0, scale)) @ turn.T)
 
@@ -103,7 +121,9 @@ def _pattern(values: Values, node, output, groups):
 def _coordinates(values: Values, node, groups) -> np.ndarray:
     """Where (m, 3) a pattern is looked up: generated coordinates, unless others are linked."""
     linked = values.linked(node, "Vector", groups)
-    return values.input(node, "Vector", groups) if linked else values.places.given("position", "Generated")
+    return mapped(
+        node, values.input(node, "Vector", groups) if linked else values.places.given("position", "Generated")
+    )
 
 
 def _gradient(values: Values, node, output, groups):

@@ -110,7 +110,7 @@ def read_instances(depsgraph, wanted: set | None, findings: Findings, written: S
         if key not in known:
             layers = partial(_layers, obj.original, written, lit)
             with rendered_mesh(obj) as mesh:
-                surface = read_mesh(mesh, slots, materials, layers, findings, obj.name)
+                surface = read_mesh(mesh, slots, materials, layers, findings, obj.name, bool(obj.modifiers))
             known[key] = surface, None
             if not surface.placed_needs:
                 known[key] = surface, len(read.surfaces)

@@ -105,6 +105,7 @@ def _spot(obj, matrix: np.ndarray, metres: float, strength: np.ndarray, findings
         return None
     power, radius = _point_power(lamp, metres, strength), lamp.shadow_soft_size * metres
     size, soft = min(lamp.spot_size, math.pi), getattr(lamp, "use_soft_falloff", False)
+    _note_shear("spot light", obj, matrix, findings)
     return SpotLight(matrix[:3, 3], matrix[:3, :3], power, size, lamp.spot_blend, radius, soft)
 
 
@@ -125,9 +126,7 @@ def _area(obj, matrix: np.ndarray, metres: float, strength: np.ndarray, findings
     if np.linalg.norm(np.cross(edge_u, edge_v)) == 0.0:
         findings.warn("area lights without an area are left out: {}", "light", obj.name)
         return None
-    axes = matrix[:3, :3] / np.linalg.norm(matrix[:3, :3], axis=0)
-    if np.abs(axes.T @ axes - np.eye(3)).max() > SHEARED:
-        findings.left_out("the shear of {} under scaled parents, even here and not in Cycles", "area light", obj.name)
+    _note_shear("area light", obj, matrix, findings)
     # A mirrored lamp still shines along its own -Z, which the order of the edges tells.
     edge_u = -edge_u if np.linalg.det(matrix[:3, :3]) < 0 else edge_u
     shape, spread, power = _SHAPES[lamp.shape], min(lamp.spread, math.pi), strength * metres**2
@@ -135,6 +134,12 @@ def _area(obj, matrix: np.ndarray, metres: float, strength: np.ndarray, findings
     if getattr(lamp, "normalize", True):
         return light
     return AreaLight(light.centre, edge_u, edge_v, strength * light.area, shape, spread)
+
+
+def _note_shear(thing: str, obj, matrix: np.ndarray, findings: Findings) -> None:
+    axes = matrix[:3, :3] / np.linalg.norm(matrix[:3, :3], axis=0)
+    if np.abs(axes.T @ axes - np.eye(3)).max() > SHEARED:
+        findings.left_out("the shear of {} under scaled parents, even here and not in Cycles", thing, obj.name)
 
 
 _READERS = {"POINT": _point, "SPOT": _spot, "SUN": _sun, "AREA": _area}

@@ -125,6 +125,10 @@ class Materials:
             self._told_mirrors.append(recipe.name)
         numbers = sorted({same_view(number, recipe.asks) for number in range(len(VIEWS))})
         found = {number: self._evaluated(recipe, corners, count, VIEWS[number]) for number in numbers}
+        met, looked_at = ([found[same_view(first + side, recipe.asks)].emission for side in (0, 1)] for first in (0, 4))
+        if not np.array_equal(met, looked_at):
+            self._findings.left_out("light of {} that differs by the kind of ray, for all of which it is as rays to "
+                                    "lamps meet it", "material", recipe.name)  # fmt: skip
         specular = [(response.mirror, response.gloss, response.clear) for response in found.values()]
         if any((one != other).any() for view in specular for one, other in zip(view, specular[0], strict=True)):
             self._findings.left_out("mirrors and glass of {} that differ by the side or the kind of ray", "material",

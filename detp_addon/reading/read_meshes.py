@@ -31,7 +31,7 @@ class MeshSurface:
     kept        (T,) whether the triangle has finite vertices and an area
     recipe_rows (T,) which of ``recipes`` it has
     attributes  what the recipes need, one row per face corner
-    normals     (C, 3) of the face corners, None when no recipe mirrors or refracts
+    normals     (C, 3) of the face corners; None when no modifier made them and no recipe mirrors or refracts
     """
 
     vertices: np.ndarray
@@ -69,12 +69,18 @@ def rendered_mesh(obj) -> Iterator:
 
 
 def read_mesh(
-    mesh, slots: list, materials: Materials, layers: Callable[[], ColourLayers], findings: Findings, name: str
+    mesh,
+    slots: list,
+    materials: Materials,
+    layers: Callable[[], ColourLayers],
+    findings: Findings,
+    name: str,
+    changed: bool = False,
 ) -> MeshSurface:
     """The ``mesh`` of the object ``name`` with the materials of its ``slots`` (None where empty).
 
-    ``layers`` tells the colour layers of the mesh before its modifiers, when materials ask for colours. All triangles
-    with finite vertices are kept, until :func:`with_area` has looked at them.
+    ``layers`` tells the colour layers of the mesh before its modifiers, when materials ask for colours; ``changed``,
+    whether it has modifiers. All triangles with finite vertices are kept, until :func:`with_area` has looked at them.
     """
     vertices, corner_vertices = vertex_positions(mesh), corner_vertex_indices(mesh)
     corners = corner_triangles(mesh)
@@ -99,7 +105,7 @@ def read_mesh(
         recipes,
         rows,
         {key: corner_values(mesh, key, corner_vertices, colours, findings) for key in needs},
-        stored_normals(mesh) if any(recipe.specular for recipe in recipes) else None,
+        stored_normals(mesh) if changed or any(recipe.specular for recipe in recipes) else None,
     )
 
 

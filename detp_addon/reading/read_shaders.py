@@ -41,6 +41,8 @@ class Shaders:
         if feed.socket.type != "SHADER":
             # A colour or a number in the place of a shader is given off.
             return Response.of(emission=self.values.colour(feed))
+        if feed.node.bl_idname in NOT_IN_CYCLES:
+            return Response.of()
         rule = SHADER_RULES.get(feed.node.bl_idname)
         if rule is None:
             self.values.places.unknown(described(feed.node))
@@ -210,6 +212,9 @@ SHADER_RULES = {
     "ShaderNodeAddShader": _add,
     "ShaderNodeHoldout": _black,
 }
+
+#: shaders that Cycles does not know: it shows nothing in their place
+NOT_IN_CYCLES = frozenset({"ShaderNodeEeveeSpecular"})
 
 #: inputs without effect on diffuse light, or details of what is named as a whole
 HARMLESS_INPUTS = frozenset(

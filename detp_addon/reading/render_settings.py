@@ -108,12 +108,31 @@ _HONOURED = {
         "angle color energy exposure node_tree normalize shadow_soft_size shape size size_y spot_blend spot_size "
         "spread temperature temperature_color type use_nodes use_soft_falloff use_temperature".split()
     ),
+    "node": set(
+        "attribute_name attribute_type blend_type clamp clamp_factor clamp_result clamp_type color_ramp data_type "
+        "extension factor_mode fresnel_type from_instancer gradient_type image interpolation interpolation_type invert "
+        "is_active_output layer_name mapping mode node_tree object operation rotation_type target texture_mapping "
+        "use_clamp uv_map vector_type "
+        # of skies, which Cycles makes a picture of
+        "aerosol_density air_density altitude dust_density ground_albedo ozone_density sky_type sun_direction sun_disc "
+        "sun_elevation sun_intensity sun_rotation sun_size turbidity".split()
+    ),
 }
 
 #: named where lamps and shining meshes are read
 _NAMED_THERE = {
     "light linking": {"receiver_collection", "blocker_collection"},
     "lamp": {"use_shadow", "use_square"},
+    # With the nodes that have them, which are named as a whole.
+    "node": set(
+        "active_index active_item axis bands_direction base bytecode bytecode_hash component convention convert_from "
+        "convert_to direction_type distance falloff feature filepath gabor_type ies image_user inside model "
+        "noise_dimensions noise_type normalize offset offset_frequency only_local parametrization "
+        "particle_color_source particle_system phase point_source projection radius resolution rings_direction "
+        "sample_attribute_items script space squash squash_frequency subsurface_method turbulence_depth "
+        "use_auto_update use_pixel_size use_tips vertex_attribute_name vertex_color_source voronoi_dimensions "
+        "wave_profile wave_type".split()
+    ),
 }
 
 #: parts of names of settings for noise, speed, pictures, motion, and of volumes, hair and previews
@@ -158,6 +177,8 @@ _HARMLESS_OF = {
         "shadow_maximum_resolution use_absolute_resolution use_shadow_jitter contact_shadow_bias "
         "contact_shadow_distance contact_shadow_thickness use_contact_shadow shadow_buffer_bias shadow_color".split()
     ),
+    # How gloss is spread, noise, blends of projections that are named, and what Cycles does not ask for.
+    "node": set("aov_name color_mapping distribution projection_blend samples use_alpha".split()),
 }
 
 

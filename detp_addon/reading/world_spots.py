@@ -9,7 +9,7 @@ import numpy as np
 
 from .read_colour_nodes import COLOUR_RULES
 from .read_images import pixels_of
-from .read_input_nodes import INPUT_RULES
+from .read_input_nodes import INPUT_RULES, mapped
 from .read_values import Values
 from .surface_places import Nowhere, WhereaboutsUnknown
 from .views import WORLD_RAYS
@@ -112,13 +112,13 @@ def _sun_direction(node) -> np.ndarray:
 
 def _undone(node, groups):
     """A function that turns a direction of the node's texture into one of the world, None when there is none."""
-    if not Values(_Directions(np.eye(3)), _RULES).linked(node, "Vector", groups):
-        return lambda direction: direction
     generator = np.random.default_rng(0)
     directions = generator.normal(size=(_PROBES, 3))
     directions /= np.linalg.norm(directions, axis=1)[:, None]
     try:
-        vectors = Values(_Directions(directions), _RULES).input(node, "Vector", groups)
+        values = Values(_Directions(directions), _RULES)
+        linked = values.linked(node, "Vector", groups)
+        vectors = mapped(node, values.input(node, "Vector", groups) if linked else directions)
     except WhereaboutsUnknown:
         return None
     if len(vectors) != _PROBES:

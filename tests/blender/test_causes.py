@@ -6,6 +6,7 @@ import bpy
 import numpy as np
 import pytest
 from detp.detp_addon.command.command import main
+from scene_table import emptied
 from small_scenes import colours, cube, grid, lamp, opened, saved
 
 NAN = float("nan")
@@ -85,6 +86,28 @@ def test_a_lamp_at_no_place_and_one_hidden_and_one_of_no_strength(tmp_path, caps
     bpy.data.objects["Lamp"].hide_render = False
     bpy.data.lights["Lamp"].energy = 0
     assert "1 light of no strength (Lamp)" in said(tmp_path, capsys, 1)
+
+
+def test_nodes_whose_work_is_not_known_are_named_where_the_light_is_missing(tmp_path, capsys):
+    bpy.data.objects.remove(bpy.data.objects["Lamp"])
+    material = bpy.data.materials.new("glow")
+    nodes, links = emptied(material).nodes, material.node_tree.links
+    shader = nodes.new("ShaderNodeEmission")
+    shader.inputs["Strength"].default_value = 0
+    links.new(nodes.new("ShaderNodeLightPath").outputs["Ray Length"], shader.inputs["Strength"])
+    links.new(shader.outputs[0], nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
+    cube("Glow", (0, 0, 1)).data.materials.append(material)
+    words = said(tmp_path, capsys, 1)
+    assert words == (
+        "Nothing in the scene gives light: a plain value takes the place of Light Path in 1 material (glow)."
+    )
+
+
+def test_what_shines_but_is_hidden_from_diffuse_light_is_named_where_the_light_is_missing(tmp_path, capsys):
+    bpy.data.objects["Lamp"].visible_diffuse = False
+    assert said(tmp_path, capsys, 1) == (
+        "Nothing in the scene gives light: 1 object (Lamp), hidden from diffuse light."
+    )
 
 
 def driven(block, path, expression, index=-1):

@@ -101,6 +101,78 @@ def test_whatever_nodes_are_set_to_do_they_do_as_in_cycles_or_are_named():
     assert unlike_cycles(shaders) == {}
 
 
+def test_textures_map_coordinates_by_themselves_as_in_cycles():
+    """Scripts, and files of old, set what no panel shows."""
+
+    def gradient(number):
+        def build(tree):
+            node, generator = tree.nodes.new("ShaderNodeTexGradient"), np.random.default_rng(number)
+            # Within where the gradient is straight.
+            near = tree.nodes.new("ShaderNodeMapping")
+            near.inputs["Location"].default_value, near.inputs["Scale"].default_value = (0.4, 0.5, 0.6), (0.05,) * 3
+            tree.links.new(tree.nodes.new("ShaderNodeTexCoord").outputs["Generated"], near.inputs["Vector"])
+            tree.links.new(near.outputs["Vector"], node.inputs["Vector"])
+            own = node.texture_mapping
+            own.vector_type = ("POINT", "TEXTURE", "VECTOR", "NORMAL")[number % 4]
+            own.translation, own.rotation = generator.uniform(-0.1, 0.1, 3), generator.uniform(-0.3, 0.3, 3)
+            own.scale = generator.uniform(0.7, 1.1, 3)
+            axes = (("X", "Y", "Z"), ("Y", "Z", "X"), ("NONE", "X", "Y"), ("Y", "Y", "X"))
+            own.mapping_x, own.mapping_y, own.mapping_z = axes[number // 4]
+            return node.outputs["Fac"]
+
+        return lambda tree: scene_table.shining(tree, build)
+
+    shaders = {number: gradient(number) for number in range(16)}
+    zoo = Zoo.of(list(shaders.values()))
+    assert len(np.unique(zoo.read()[0].scene.emission.round(3))) > 8
+    assert unlike_cycles(shaders) == {}
+
+
+def test_generated_coordinates_stay_on_what_is_bent():
+    def build(tree):
+        return tree.nodes.new("ShaderNodeTexCoord").outputs["Generated"]
+
+    zoo = Zoo.of([lambda tree: scene_table.shining(tree, build)])
+    obj = zoo.obj
+    for name in ("Basis", "bent"):
+        obj.shape_key_add(name=name)
+    for place in obj.data.shape_keys.key_blocks["bent"].data:
+        place.co = (place.co.y, 2.0 * place.co.x, place.co.x + 1.0)
+    flat = zoo.read()[0].scene.emission
+    obj.data.shape_keys.key_blocks["bent"].value = 1.0
+    bent, said = zoo.read()
+    np.testing.assert_allclose(bent.scene.emission, flat, atol=1e-5)
+    assert said == [""]
+    np.testing.assert_allclose(emitted(obj), flat.reshape(-1, 3)[:1], atol=2e-3)
+
+
+@pytest.mark.parametrize(
+    "kind, domain",
+    [
+        *((kind, "EDGE") for kind in ("FLOAT", "INT", "BOOLEAN", "FLOAT_COLOR")),
+        *(("QUATERNION", "POINT"), ("FLOAT2", "CORNER"), ("INT8", "FACE")),
+    ],
+)
+def test_attributes_of_all_domains_and_types_are_as_in_cycles(kind, domain):
+    def build(tree):
+        node = tree.nodes.new("ShaderNodeAttribute")
+        node.attribute_name = "gift"
+        return node.outputs["Color"]
+
+    zoo = Zoo.of([lambda tree: scene_table.shining(tree, build)])
+    layer = zoo.obj.data.attributes.new("gift", kind, domain)
+    generator = np.random.default_rng(1)
+    for element in layer.data:
+        field = next(name for name in ("color", "vector", "value") if hasattr(element, name))
+        held = getattr(element, field)
+        number = generator.uniform(0.2, 3.0, 4)
+        setattr(element, field, type(held)(number[0]) if np.isscalar(held) else number[: len(held)])
+    result, _ = zoo.read()
+    ours = result.scene.emission.reshape(-1, 3)[:1]
+    assert ours.max() > 0.1
+    np.testing.assert_allclose(ours, emitted(zoo.obj), rtol=5e-3, atol=2e-3)
+
+
 def test_low_temperatures_have_the_colours_of_cycles():
     def glow(kelvin):
         def build(tree):

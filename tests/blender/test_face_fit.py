@@ -47,6 +47,17 @@ def sun(energy=math.pi, turn=0.0):
     bpy.context.collection.objects.link(light)
 
 
+def even_light():
+    """From all around: the lighting on a free face is 1."""
+    world = bpy.data.worlds.new("White")
+    world.color = (1.0, 1.0, 1.0)
+    bpy.context.scene.world = world
+    if bpy.app.version < (5, 0):
+        world.use_nodes = False
+    else:
+        world.node_tree.nodes["Background"].inputs["Color"].default_value = (1, 1, 1, 1)
+
+
 def lighting(name):
     return colours(name)[:, 0]
 
@@ -169,15 +180,23 @@ def test_divisions_stay_within_their_vertices_and_take_only_what_can_be_divided(
 def test_an_object_whose_mesh_modifiers_change_shows_its_light_everywhere():
     box = cube("Round", (0, 0, 2))
     box.modifiers.new("Subdivision", "SUBSURF").render_levels = 2
-    world = bpy.data.worlds.new("White")
-    world.color = (1.0, 1.0, 1.0)
-    bpy.context.scene.world = world
-    if bpy.app.version < (5, 0):
-        world.use_nodes = False
-    else:
-        world.node_tree.nodes["Background"].inputs["Color"].default_value = (1, 1, 1, 1)
+    even_light()
     baked()
     assert lighting("Round") == pytest.approx(1.0, rel=0.03)
+
+
+@pytest.mark.parametrize("scale", [(1, 1, 1), (-1, 1, 2)], ids=["plain", "mirrored"])
+@pytest.mark.parametrize("harden", [False, True])
+def test_a_rounded_box_is_shaded_by_the_normals_that_its_modifier_makes(scale, harden):
+    """By the smooth normals of the box below, which lean by 55 degrees, it would lose a tenth of even light."""
+    box = cube("Round")
+    box.data.shade_smooth()
+    bevel = box.modifiers.new("Bevel", "BEVEL")
+    bevel.segments, bevel.width, bevel.harden_normals = 3, 0.15, harden
+    box.scale = scale
+    even_light()
+    baked(BakeSettings(indirect="off", quality="final"))
+    assert lighting("Round") == pytest.approx(1.0, abs=0.02)
 
 
 def test_flat_faces_that_hardly_bend_have_no_seams_between_them():

@@ -165,10 +165,11 @@ def test_what_a_light_cannot_have_here_is_named(scene):
         assert sum(name in sentence for sentence in left_out) == 1
 
 
+@pytest.mark.parametrize("kind", ["AREA", "SPOT"])
 @pytest.mark.parametrize("turn, named", [(0.0, False), (0.5, True)])
-def test_a_sheared_area_light_is_named(turn, named):
-    """Cycles gives one half more light than its flux, turned by 0.3 under this parent."""
-    light = lamp("AREA", "slanted", energy=10.0, size=0.5)
+def test_a_sheared_light_is_named(kind, turn, named):
+    """Cycles gives one half more light than its flux, turned by 0.3 under this parent; of a spot in another cone."""
+    light = lamp(kind, "slanted", energy=10.0)
     light.parent = linked("parent", None, (0, 0, 2), (2, 0.5, 1))
     light.rotation_euler.z = turn
     assert any("slanted" in each for each in read().left_out) == named

@@ -493,3 +493,33 @@ def test_one_sentence_names_many_materials():
         obj.data.materials.append(material(lambda tree: principled(tree, Coat_Weight=1.0), f"varnish {index}"))
     sentences = [sentence for sentence in read().left_out if "coat" in sentence]
     assert sentences == ["coat of 5 materials (varnish 0, varnish 1, varnish 2, ...)"]
+
+
+def test_a_shader_that_cycles_does_not_know_is_black_as_there():
+    """Half of an EEVEE Specular BSDF and half of a diffuse one."""
+
+    def build(tree):
+        mix = tree.nodes.new("ShaderNodeMixShader")
+        for number, kind in ((1, "ShaderNodeEeveeSpecular"), (2, "ShaderNodeBsdfDiffuse")):
+            tree.links.new(tree.nodes.new(kind).outputs[0], mix.inputs[number])
+        return mix.outputs[0]
+
+    albedo, _, _, result = surface_of(build)
+    assert np.allclose(albedo, 0.4)
+    assert not result.warnings and not result.left_out
+
+
+def test_light_that_differs_by_the_kind_of_ray_is_named_and_is_that_of_rays_to_lamps():
+    """Cycles finds it by both kinds, each by a share that depends on its sampling."""
+
+    def build(tree):
+        strength = node(tree, "ShaderNodeMath", {"operation": "MULTIPLY_ADD"})
+        tree.links.new(tree.nodes.new("ShaderNodeLightPath").outputs["Is Diffuse Ray"], strength.inputs[0])
+        strength.inputs[1].default_value, strength.inputs[2].default_value = 5.0, 2.0
+        shader = tree.nodes.new("ShaderNodeEmission")
+        tree.links.new(strength.outputs[0], shader.inputs["Strength"])
+        return shader.outputs[0]
+
+    _, emission, _, result = surface_of(build)
+    assert np.allclose(emission, 2.0)
+    assert [sentence.split(" of ")[0] for sentence in result.left_out] == ["light"]

@@ -191,7 +191,13 @@ def clipped_in_a_group(tree, shown):
     return veiled(tree, used.outputs[0])
 
 
-@pytest.mark.parametrize("build", [clipped_alpha, clipped_as_gltf, clipped_in_a_group])
+def clipped_as_a_vector(tree, shown):
+    higher = node(tree, "ShaderNodeVectorMath", {"operation": "MULTIPLY"}, Vector=shown.outputs[1])
+    higher.inputs[1].default_value = (1.1, 1.1, 1.1)
+    return veiled(tree, node(tree, "ShaderNodeVectorMath", {"operation": "FLOOR"}, Vector=higher.outputs[0]).outputs[0])
+
+
+@pytest.mark.parametrize("build", [clipped_alpha, clipped_as_gltf, clipped_in_a_group, clipped_as_a_vector])
 @pytest.mark.parametrize("count, looks", [(1, 64), (2000, 16)])
 def test_fences_cut_out_by_a_threshold_let_their_mean_pass(build, count, looks):
     """The mean alpha of a patch of many texels is beyond the threshold, or not; that of the texels is for half."""

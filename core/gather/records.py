@@ -33,8 +33,9 @@ SCOUTS, LEAST_SCOUTS, MOST_SCOUTS = 8, 1 << 17, 1 << 20
 #: Most cells: so many for each point, but at least and at most these.
 CELLS_PER_POINT, LEAST_CELLS, MOST_CELLS = 0.5, 1 << 13, 1 << 16
 
-#: About so large a share of the rays are to be too short to look something up, if there may be cells enough.
-SHORT = 0.15
+#: About so large a share of the rays are to be too short to look something up, if there may be cells enough; but so
+#: many cells are to be there as well, for light varies between walls that are far from each other, too.
+SHORT, AMPLE = 0.15, 1 << 11
 
 #: Radius of a record's disc over the side of the smallest cells. Discs of larger cells grow as the root of their side:
 #: they are seen from afar, where what they blur is small, and there are photons enough for smaller ones.
@@ -239,15 +240,18 @@ def _affordable(caster: RayCaster, landings: Landings, points: int) -> float:
     """Sides of the smallest cells, metres, such that hardly any rays are too short, and cells are not too many."""
     if len(landings.lengths) == 0:
         return caster.radius
-    most = int(np.clip(CELLS_PER_POINT * points, LEAST_CELLS, MOST_CELLS))
-    finest = max(float(np.quantile(landings.lengths, SHORT)) / NEAR, _photons_allow(landings))
-    corner = _corner(caster)
-    while finest < caster.radius:
-        cells = Cells(corner, finest)
+    corner, step = _corner(caster), 2.0**0.25
+
+    def count(finest: float) -> int:
         seen = landings.lengths > 0.5 * NEAR * finest
-        if len(np.unique(_numbers(cells, landings)[seen])) <= most:
-            break
-        finest *= 2.0**0.25
+        return len(np.unique(_numbers(Cells(corner, finest), landings)[seen]))
+
+    most, allowed = int(np.clip(CELLS_PER_POINT * points, LEAST_CELLS, MOST_CELLS)), _photons_allow(landings)
+    finest = max(float(np.quantile(landings.lengths, SHORT)) / NEAR, allowed)
+    while finest > allowed and count(finest) < AMPLE:
+        finest = max(finest / step, allowed)
+    while finest < caster.radius and count(finest) > most:
+        finest *= step
     return finest
 
 

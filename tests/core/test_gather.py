@@ -7,6 +7,7 @@ from detp.core.direct.surrounding_light import CONTRASTS, in_part
 from detp.core.gather.cells import Cells
 from detp.core.gather.records import NEAR, Landings, RecordFinder, Records
 from detp.core.gather.reflected_light import MOST_FOLLOWED, ReflectedLight, by_cells
+from detp.core.lights.point import PointLight
 from detp.core.photons.emission import lights_of
 from detp.core.points import Points, facings
 from detp.core.rays import RayCaster
@@ -100,6 +101,22 @@ def test_light_from_a_gap_above_a_lamp_is_not_blurred_into_the_room():
     found = np.mean([result.irradiance.sum(axis=1).mean() for result in gathered])
     by_photons = BakeSettings(indirect="photons", photons=1 << 18, radius=0.2)
     assert found == pytest.approx(baked(scene, points, by_photons).irradiance.sum(axis=1).mean(), rel=0.05)
+
+
+def test_a_floor_seen_from_two_metres_is_not_lit_as_a_few_patches():
+    """A lamp between two planes makes a spot on the floor; nothing is near, and still its light is not a few cells'."""
+    floor = [[(-2, -2, 0), (2, -2, 0), (2, 2, 0), (-2, 2, 0)]]
+    roof = [[(-1.5, -1.5, 2), (-1.5, 1.5, 2), (1.5, 1.5, 2), (1.5, -1.5, 2)]]
+    lamp = PointLight((0, 0, 1), (100.0, 100.0, 100.0))
+    scene = scene_of(np.array(floor + roof), np.array((0.9, 0.0)), 0.0, [lamp])
+    points = Points(*face_points(np.array(roof), across=16))
+    steps = (np.arange(200) + 0.5) / 50 - 2.0
+    places = np.stack([*np.meshgrid(steps, steps), np.zeros((200, 200))], axis=-1).reshape(-1, 3)
+    direct = 100.0 / (4 * np.pi) / ((places**2).sum(axis=1) + 1.0) ** 1.5
+    away = ((places[:, None] - points.centres) ** 2).sum(axis=2)
+    expected = (0.9 * direct[:, None] / np.pi * 4.0 / away**2).sum(axis=0) * 4e-4
+    found = [baked(scene, points, BakeSettings("final", bounces=1, seed=seed)).indirect.value[:, 0] for seed in range(4)]
+    assert np.mean(found, axis=1) / expected.mean() == pytest.approx(np.ones(4), abs=0.03)
 
 
 def test_contrasts_are_what_eight_parts_of_the_photons_differ_by():

@@ -117,7 +117,7 @@ class SpecularSurfaces:
         flat, smooth = side * self._normals[rows], side * self._shading(rows, points)
         # A shading normal that turns away from the light says nothing about how the light is met.
         smooth = np.where((dots(smooth, directions) < 0)[:, None], smooth, flat)
-        facets = _visible_normals(smooth, -directions, alpha, uniforms[:, :2])
+        facets = visible_normals(smooth, -directions, alpha, uniforms[:, :2])
         cosine = np.clip(-dots(facets, directions), 0.0, 1.0)
         ratio = np.where(front, ior, 1.0 / ior)
         reflectance, beyond = fresnel(cosine, ratio)
@@ -158,7 +158,7 @@ def fresnel(cosine: np.ndarray, ratio: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return np.where(beyond > 0, 0.5 * (across**2 + along**2), 1.0), beyond
 
 
-def _visible_normals(normals, towards, alpha, uniforms) -> np.ndarray:
+def visible_normals(normals, towards, alpha, uniforms) -> np.ndarray:
     """Normals (K, 3) of microfacets as they are seen from ``towards`` (K, 3), on a surface of ``normals`` (K, 3).
 
     Source: Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps", Computer Graphics Forum 42(8), 2023.
@@ -183,7 +183,7 @@ def _let_out(directions, flat, smooth, arriving, alpha, uniforms) -> np.ndarray:
     uniforms (K, 3).
     """
     leaving = dots(smooth, directions)
-    before, behind = _shadowing(np.abs(arriving), alpha), _shadowing(np.abs(leaving), alpha)
+    before, behind = shadowing(np.abs(arriving), alpha), shadowing(np.abs(leaving), alpha)
     blocked = (leaving < 0) | (uniforms[:, 0] * (1.0 + before + behind) >= 1.0 + before)
     directions = np.where(blocked[:, None], cosine_hemisphere(flat, uniforms[:, 1:]), directions)
     # Where the shading normal would send light through the flat triangle, it leaves as much to the other side.
@@ -191,7 +191,7 @@ def _let_out(directions, flat, smooth, arriving, alpha, uniforms) -> np.ndarray:
     return directions - (2 * inside)[:, None] * flat
 
 
-def _shadowing(cosine, alpha) -> np.ndarray:
+def shadowing(cosine, alpha) -> np.ndarray:
     """Smith's Lambda (K,) of GGX microfacets for light at that cosine to the surface's normal, 0 for a smooth one."""
     cosine = np.maximum(cosine, _LEAST_COSINE)
     return 0.5 * (np.sqrt(1.0 + alpha**2 * (1.0 / cosine**2 - 1.0)) - 1.0)

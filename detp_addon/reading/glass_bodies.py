@@ -36,6 +36,7 @@ def without_faint(response: Response) -> Response:
         emission=response.emission,
         transmittance=response.transmittance + response.clear,
         spread=response.spread,
+        highlight=response.highlight,
     )
     return _chosen(specular < _FAINT, plain, response)
 
@@ -63,8 +64,8 @@ def straightened(response: Response, sheet) -> Response:
     reflectance = mean_reflectance(response.ior, sheet)
     mirror = response.mirror + reflectance * response.gloss
     through = response.transmittance + (1 - reflectance) * response.clear
-    roughness, spread = response.roughness, response.spread
-    return Response.of(response.albedo, response.emission, through, mirror, roughness=roughness, spread=spread)
+    kept = {name: getattr(response, name) for name in ("roughness", "spread", "highlight")}
+    return Response.of(response.albedo, response.emission, through, mirror, **kept)
 
 
 def mean_reflectance(ior: np.ndarray, sheet) -> np.ndarray:

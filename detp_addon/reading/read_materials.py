@@ -177,14 +177,14 @@ class Materials:
             findings.warn("values that are not numbers count as grey or none in {}", "material", name)
         albedo = np.nan_to_num(raw.albedo, nan=DEFAULT_ALBEDO, posinf=1.0, neginf=0.0)
         emission = np.nan_to_num(raw.emission, nan=0.0, posinf=0.0, neginf=0.0)
-        others = [raw.transmittance, raw.mirror, raw.gloss, raw.clear, raw.spread]
+        others = [raw.transmittance, raw.mirror, raw.gloss, raw.clear, raw.spread, raw.highlight]
         shares = [albedo, *(np.nan_to_num(share, nan=0.0, posinf=1.0, neginf=0.0) for share in others)]
         most = max(share.max(initial=0.0) for share in (*shares, _together(*shares)))
         if most > 1.0 + _ROUNDING:
             findings.warn("colours that give off more light than arrives are scaled down in {}", "material", name)
         shares = [np.clip(share, 0.0, 1.0) for share in shares]
         total = np.maximum(_together(*shares), 1.0)
-        albedo, through, mirror, gloss, clear, spread = (share / total for share in shares)
+        albedo, through, mirror, gloss, clear, spread, highlight = (share / total for share in shares)
         if emission.any():
             findings.modelled("emission of {}", "material", name)
         if through.any():
@@ -201,11 +201,11 @@ class Materials:
             )
         roughness = np.clip(np.nan_to_num(raw.roughness), 0.0, 1.0)
         ior = np.clip(np.nan_to_num(raw.ior, nan=1.0), *_IOR)
-        return Response.of(albedo, emission, through, mirror, gloss, clear, roughness, ior, spread)
+        return Response.of(albedo, emission, through, mirror, gloss, clear, roughness, ior, spread, highlight)
 
 
-def _together(albedo, through, mirror, gloss, clear, spread) -> np.ndarray:
-    return albedo + through + mirror + spread + np.maximum(gloss, clear)
+def _together(albedo, through, mirror, gloss, clear, spread, highlight) -> np.ndarray:
+    return albedo + through + mirror + spread + highlight + np.maximum(gloss, clear)
 
 
 def _recipe(material) -> Recipe:

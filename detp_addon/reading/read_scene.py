@@ -146,7 +146,9 @@ def read_scene(
     read = view_as_render(context_scene, view_layer, visit, frame)
     placed = _met_once(read, placed_triangles(read.surfaces, read.placements), findings)
     world = _world_light(read, context_scene.frame_current if frame is None else frame, findings)
-    scene = _scene(read, placed, world, findings)
+    # Cycles leaves highlights away where mirrors are to send no light on.
+    even = "even" if getattr(getattr(context_scene, "cycles", None), "caustics_reflective", True) else "albedo"
+    scene = _scene(read, placed, world, even, findings)
     _name_patterns(read, placed, findings)
     baked, points, shown = _targets(read, scene, domain, fit, kept)
     if targets is not None:
@@ -220,11 +222,11 @@ def _world_light(read: RenderedObjects, frame: int, findings: Findings) -> list[
     return [*suns, EnvironmentWorld(picture)]
 
 
-def _scene(read: RenderedObjects, placed: PlacedTriangles, world: list[Light], findings: Findings) -> Scene:
-    """Everything in world space, without the triangles that have no area there."""
+def _scene(read: RenderedObjects, placed: PlacedTriangles, world: list[Light], even: str, findings: Findings) -> Scene:
+    """Everything in world space, without the triangles that have no area there; they reflect the share ``even``."""
     # Nothing reflects or shines that diffuse rays do not meet.
     seen = partial(_seen, read, placed)
-    albedo, emission = seen("albedo", 0), seen("emission", 4)
+    albedo, emission = seen(even, 0), seen("emission", 4)
     between, straight = seen("transmittance", 0, otherwise=1.0), seen("transmittance", 2, "shadow", 1.0)
     unshaded = None if np.array_equal(between, straight) else straight
     if unshaded is not None and world:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .glass_bodies import straightened
+from .highlights import reflected_above
 from .read_node_graph import Feed, feed_of, find_input
 from .read_values import Values, described
 from .remembered import Remembered
@@ -80,7 +81,11 @@ def _principled(shaders: Shaders, node, groups) -> Response:
     # A light ray enters and leaves a solid, and each passage tints it by the root of the base colour.
     tint = np.maximum(base, 0) if thin else np.sqrt(np.maximum(base, 0))
     roughness = value("Roughness")
-    opaque = Response.of(base * (1 - metallic - clear), emission, mirror=base * metallic, roughness=roughness)
+    diffuse, above = base * (1 - metallic - clear), np.zeros(3)
+    if bool((metallic + clear).min() < 1):
+        above = reflected_above(value("IOR"), value("Specular IOR Level"), value("Specular Tint"), roughness)
+        above = above * np.clip(1 - base, 0, 1) * (1 - metallic - clear)
+    opaque = Response.of(diffuse, emission, mirror=base * metallic, roughness=roughness, highlight=above)
     glass = Response.of(gloss=clear, clear=clear * tint, roughness=roughness, ior=value("IOR"))
     shaders.passes |= _opens(shaders, node, groups)
     whole = opaque.plus(straightened(glass, sheet=True) if thin else glass)
@@ -104,7 +109,7 @@ def _note_principled(shaders: Shaders, node, groups, partly_diffuse: bool) -> No
         "Thin Film Thickness": "thin films on {}",
     }
     if partly_diffuse:
-        notes |= {"Specular IOR Level": "highlights on the diffuse part of {}"}
+        notes |= {"Specular IOR Level": "highlights on the diffuse part of {}, which count as diffuse"}
     for name, sentence in notes.items():
         if shaders.used(node, name, groups):
             shaders.left_out(sentence)
@@ -221,6 +226,6 @@ HARMLESS_INPUTS = frozenset(
     {
         *("Weight", "Rotation", "Tangent", "Anisotropic Rotation", "Thin Film IOR"),
         *(f"Subsurface {part}" for part in ("Radius", "Scale", "IOR", "Anisotropy")),
-        *("Specular Tint", "Coat Roughness", "Coat IOR", "Coat Tint", "Coat Normal", "Sheen Roughness", "Sheen Tint"),
+        *("Coat Roughness", "Coat IOR", "Coat Tint", "Coat Normal", "Sheen Roughness", "Sheen Tint"),
     }
 )

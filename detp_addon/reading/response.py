@@ -20,6 +20,7 @@ class Response:
     blur           roughness of what mirrors or refracts, times its share
     bend           index of refraction, times the share of the clear boundary
     spread         share that comes out evenly on the other side
+    highlight      share that highlights above the diffuse part reflect, and it alone does not
 
     All of them add up where responses do.
     """
@@ -33,6 +34,7 @@ class Response:
     blur: np.ndarray
     bend: np.ndarray
     spread: np.ndarray
+    highlight: np.ndarray
 
     @classmethod
     def of(
@@ -46,13 +48,16 @@ class Response:
         roughness=0.0,
         ior=1.0,
         spread=0.0,
+        highlight=0.0,
     ) -> Response:
         """A response from arrays (m, 3 or 1) or single numbers."""
-        *colours, spread = (
-            np.atleast_2d(v) * np.ones((1, 3)) for v in (albedo, emission, transmittance, mirror, gloss, clear, spread)
+        *colours, spread, highlight = (
+            np.atleast_2d(v) * np.ones((1, 3))
+            for v in (albedo, emission, transmittance, mirror, gloss, clear, spread, highlight)
         )
         glass = _glass(*colours[4:])
-        return cls(*colours, roughness * (colours[3].mean(axis=1, keepdims=True) + glass), ior * glass, spread)
+        blur = roughness * (colours[3].mean(axis=1, keepdims=True) + glass)
+        return cls(*colours, blur, ior * glass, spread, highlight)
 
     @classmethod
     def none(cls, count: int) -> Response:
@@ -63,6 +68,11 @@ class Response:
     def colour(self) -> np.ndarray:
         """The share (m, 3) reflected diffusely or as by a metal, in whose colour it is shown."""
         return self.albedo + self.mirror
+
+    @property
+    def even(self) -> np.ndarray:
+        """The share (m, 3) that counts as reflected evenly: diffusely, and by highlights above that."""
+        return self.albedo + self.highlight
 
     @property
     def roughness(self) -> np.ndarray:

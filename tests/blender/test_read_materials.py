@@ -6,6 +6,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from detp.detp_addon.reading.glass_bodies import mean_reflectance  # noqa: E402
+from detp.detp_addon.reading.highlights import reflected_above  # noqa: E402
 from made_scenes import (  # noqa: E402
     diffuse,
     fresh,
@@ -90,11 +91,12 @@ def test_principled_splits_its_base_colour():
     base = np.array([0.64, 0.36, 0.16])
     clear = 0.5 * 0.5
     lost = mean_reflectance(np.array([[1.5]]), True)[0, 0]
-    assert np.allclose(albedo, 0.75 * base * (1 - 0.5 - clear))
+    above = reflected_above(*np.array([1.5, 0.5])[:, None, None], np.ones((1, 3)), np.full((1, 1), 0.5))
+    assert np.allclose(albedo, 0.75 * (base + above * (1 - base)) * (1 - 0.5 - clear), atol=1e-6)
     assert np.allclose(emission, 0.75 * 2 * np.array([1, 2, 3]))
     assert np.allclose(through, 0.25 + 0.75 * clear * (1 - lost) * np.sqrt(base))
     assert np.allclose(result.scene.specular.mirror, 0.75 * (0.5 * base + clear * lost))
-    assert "highlights on the diffuse part of 1 material (material)" in result.left_out
+    assert "highlights on the diffuse part of 1 material (material), which count as diffuse" in result.left_out
     for feature in ("emission of 1 material", "mirror reflection of 1 material"):
         assert feature in result.modelled
 
@@ -264,7 +266,8 @@ def test_leaf_cards_let_light_pass_by_their_mean_alpha():
 
     def build(tree):
         made = node(tree, "ShaderNodeTexImage", {"image": picture})
-        return principled(tree, Base_Color=colour(made), Alpha=colour(made, "Alpha"))
+        shades = {"Base_Color": colour(made), "Alpha": colour(made, "Alpha")}
+        return principled(tree, **shades, Specular_IOR_Level=0.0)
 
     obj = quad()
     map_to_unit_square(obj)

@@ -63,12 +63,12 @@ def test_a_physical_conductor_reflects_by_its_index_and_extinction():
 
 
 def test_plain_plastic_makes_no_specular_scene():
-    scene, _ = worn(quad(), "BsdfPrincipled", Base_Color=(*SHADE, 1))
+    scene, _ = worn(quad(), "BsdfPrincipled", Base_Color=(*SHADE, 1), Specular_IOR_Level=0.0)
     assert scene.specular is None and np.allclose(scene.albedo, SHADE)
 
 
 def test_a_hint_of_metal_counts_as_diffuse():
-    scene, _ = worn(quad(), "BsdfPrincipled", Base_Color=(*SHADE, 1), Metallic=0.01)
+    scene, _ = worn(quad(), "BsdfPrincipled", Base_Color=(*SHADE, 1), Metallic=0.01, Specular_IOR_Level=0.0)
     assert scene.specular is None and np.allclose(scene.albedo, SHADE)
 
 
@@ -165,7 +165,8 @@ def test_textures_say_where_a_surface_is_metal():
 
     def build(tree):
         texture = node(tree, "ShaderNodeTexImage", {"image": picture})
-        rough = node(tree, "ShaderNodeBsdfPrincipled", Base_Color=(0.5, 0.5, 0.5, 1), Roughness=0.2)
+        inputs = {"Base_Color": (0.5, 0.5, 0.5, 1), "Roughness": 0.2, "Specular_IOR_Level": 0.0}
+        rough = node(tree, "ShaderNodeBsdfPrincipled", **inputs)
         tree.links.new(texture.outputs[0], rough.inputs["Metallic"])
         return rough
 

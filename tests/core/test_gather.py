@@ -115,7 +115,9 @@ def test_a_floor_seen_from_two_metres_is_not_lit_as_a_few_patches():
     direct = 100.0 / (4 * np.pi) / ((places**2).sum(axis=1) + 1.0) ** 1.5
     away = ((places[:, None] - points.centres) ** 2).sum(axis=2)
     expected = (0.9 * direct[:, None] / np.pi * 4.0 / away**2).sum(axis=0) * 4e-4
-    found = [baked(scene, points, BakeSettings("final", bounces=1, seed=seed)).indirect.value[:, 0] for seed in range(4)]
+    found = [
+        baked(scene, points, BakeSettings("final", bounces=1, seed=seed)).indirect.value[:, 0] for seed in range(4)
+    ]
     assert np.mean(found, axis=1) / expected.mean() == pytest.approx(np.ones(4), abs=0.03)
 
 

@@ -5,7 +5,7 @@ import pytest
 from detp.core.errors import InvalidArrayError
 from detp.core.lights.light import Particles
 from detp.core.lights.point import PointLight
-from detp.core.photons.specular import Specular, SpecularSurfaces, _visible_normals, fresnel
+from detp.core.photons.specular import Specular, SpecularSurfaces, fresnel, visible_normals
 from detp.core.photons.tracing import PhotonTracer
 from detp.core.rays import RayCaster
 from detp.core.scene import Scene
@@ -102,7 +102,7 @@ def test_microfacets_are_met_as_they_are_seen():
     alpha, tilt, count = 0.4, 1.0, 100_000
     towards = np.tile((np.sin(tilt), 0.0, np.cos(tilt)), (count, 1))
     normals, uniforms = np.tile((0.0, 0.0, 1.0), (count, 1)), np.random.default_rng(3).random((count, 2))
-    facets = _visible_normals(normals, towards, np.full(count, alpha), uniforms)
+    facets = visible_normals(normals, towards, np.full(count, alpha), uniforms)
     # Their density is D(m) (m v)+, normalised, over the hemisphere.
     height, turn = np.meshgrid((np.arange(2000) + 0.5) / 2000, (np.arange(720) + 0.5) / 720 * 2 * np.pi)
     ring = np.sqrt(1 - height**2)
@@ -118,7 +118,7 @@ def test_microfacets_are_met_as_they_are_seen():
 def test_microfacets_seen_from_above_follow_the_distribution():
     alpha, count = 0.3, 20_000
     up = np.tile((0.0, 0.0, 1.0), (count, 1))
-    facets = _visible_normals(up, up, np.full(count, alpha), np.random.default_rng(5).random((count, 2)))
+    facets = visible_normals(up, up, np.full(count, alpha), np.random.default_rng(5).random((count, 2)))
     squared = 1 / facets[:, 2] ** 2 - 1
     assert stats.kstest(squared / (alpha**2 + squared), "uniform").pvalue > 0.001
 

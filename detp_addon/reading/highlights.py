@@ -1,0 +1,49 @@
+"""Highlights of Principled shaders: what the clear boundary above a diffuse surface reflects of even light."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...core.photons.specular import fresnel, shadowing, visible_normals
+from ...core.triangles import dots
+
+#: the reflectance straight on is no more than this, squared
+_MOST = 0.99
+
+#: directions that light comes from, by Gauss and Legendre, and microfacets that each of them meets
+_COSINES, _FACETS = 8, 64
+
+
+def reflected_above(ior, level, tint, roughness) -> np.ndarray:
+    """Share (m, 3) of even light that is reflected by a boundary of those indices of refraction, Specular IOR levels
+    and roughnesses (m or 1, 1), as Blender has them, and of that tint (m or 1, 3) straight on.
+
+    The boundary is one of GGX microfacets, whose reflectance goes from the tinted one straight on to all of the light
+    at grazing angles as Fresnel's does. It agrees with Cycles within a twentieth of itself up to a roughness of 0.5,
+    and within a sixth beyond, where light goes on from facet to facet.
+    """
+    straight = ((ior - 1.0) / (ior + 1.0)) ** 2 * 2.0 * np.maximum(level, 0.0)
+    root, wide = np.broadcast_arrays(np.sqrt(np.clip(straight, 0.0, _MOST**2)), np.clip(roughness, 0.0, 1.0))
+    pairs, row = np.unique(np.round(np.hstack([root, wide]), 2), axis=0, return_inverse=True)
+    whole, grazing = (part[row.ravel(), None] for part in _means(*pairs.T))
+    return grazing + (whole - grazing) * root**2 * np.clip(tint, 0.0, 1.0)
+
+
+def _means(root: np.ndarray, roughness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Of even light the share (U,) that microfacets of U roughnesses let out again were they white, and if they
+    reflected only as much as Fresnel's reflectance is above that straight on, whose ``root`` (U,) is given."""
+    nodes, weights = np.polynomial.legendre.leggauss(_COSINES)
+    cosines = 0.5 * (nodes + 1.0)
+    spread = (np.arange(_FACETS) + 0.5) / _FACETS, (np.arange(_FACETS) * 0.6180339887498949) % 1.0
+    shape = len(root), _COSINES, _FACETS
+    grid = np.broadcast_arrays(root[:, None, None], roughness[:, None, None] ** 2, cosines[:, None], *spread)
+    root, alpha, cosine, first, second = (np.broadcast_to(part, shape).ravel() for part in grid)
+    towards = np.stack([np.sqrt(1.0 - cosine**2), np.zeros_like(cosine), cosine], axis=1)
+    up = np.tile((0.0, 0.0, 1.0), (len(cosine), 1))
+    facets = visible_normals(up, towards, alpha, np.stack([first, second], axis=1))
+    met = np.clip(dots(facets, towards), 0.0, 1.0)
+    leaving, before = 2.0 * met * facets[:, 2] - cosine, shadowing(cosine, alpha)
+    let_out = np.where(leaving > 0, (1.0 + before) / (1.0 + before + shadowing(np.abs(leaving), alpha)), 0.0)
+    reflectance, _ = fresnel(met, (1.0 + root) / (1.0 - root))
+    grazing = let_out * (reflectance - root**2) / (1.0 - root**2)
+    return tuple((part.reshape(shape).mean(axis=2) * weights * cosines).sum(axis=1) for part in (let_out, grazing))

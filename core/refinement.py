@@ -161,9 +161,8 @@ class Refinement:
         self._error, self._parts, self._over = float("nan"), (0.0, 0.0), 0.0
         # Rays see new photons at records only when they are cast after them: so many rounds are due.
         self._due = _first_gather(settings.aimed_noise) if cells else 0
-        # Rounds and error when they were last looked at, and whether more rounds have hardly brought it down since.
-        self._last, self._flat = (0, float("nan")), False
-        self._fine = False
+        # The error when it was last looked at, whether more rounds have hardly brought it down, and whether it is fine.
+        self._last, self._flat, self._fine = float("nan"), False, False
         # What a step of rays and of photons saved of late, over what it was to save; and how many there were before.
         self._worth, self._before = [1.0, 1.0], (0, 0)
         self.missing: np.ndarray | None = None
@@ -179,9 +178,9 @@ class Refinement:
         self._error, goal = error, self._settings.aimed_noise
         if self._photons is not None and self._cells and self._due:
             return
-        rounds, before = self._amounts[0], self._last
-        self._flat = rounds >= max(HALF_AGAIN * before[0], AIMED_AFTER) and self._error > FLAT * before[1]
-        self._last, aim = (rounds, self._error), NOISE_SHARE * self._settings.target_error
+        rounds, aim = self._amounts[0], NOISE_SHARE * self._settings.target_error
+        self._flat = rounds >= max(HALF_AGAIN * self._before[0], AIMED_AFTER) and self._error > FLAT * self._last
+        self._last = self._error
         self._fine = rounds >= AIMED_AFTER and self._error <= FINE * aim and light.high_error <= TIMES * aim
         lit = np.flatnonzero(np.abs(light.value).sum(axis=1) > 0)
         weights = _weights(light.relative_errors, self._error)

@@ -248,10 +248,13 @@ def _affordable(caster: RayCaster, landings: Landings, points: int) -> float:
 
     most, allowed = int(np.clip(CELLS_PER_POINT * points, LEAST_CELLS, MOST_CELLS)), _photons_allow(landings)
     finest = max(float(np.quantile(landings.lengths, SHORT)) / NEAR, allowed)
-    while finest > allowed and count(finest) < AMPLE:
+    found = count(finest)
+    while finest > allowed and found < AMPLE:
         finest = max(finest / step, allowed)
-    while finest < caster.radius and count(finest) > most:
+        found = count(finest)
+    while finest < caster.radius and found > most:
         finest *= step
+        found = count(finest)
     return finest
 
 

@@ -68,8 +68,9 @@ class DiscIndex(PatchSearch):
         for begin in range(0, len(offset), BLOCK):
             # The roots stand side by side, as the children of every inner node do.
             piece = np.arange(begin, min(begin + BLOCK, len(offset)))
-            node, siblings, waiting = np.zeros(len(piece), np.int64), self._roots, []
-            while True:
+            waiting, siblings = [(piece, np.zeros(len(piece), np.int64))], self._roots
+            while waiting:
+                piece, node = _last_pairs(waiting)
                 if counts is not None:
                     counts.note("nodes", siblings * len(node))
                 met = self._met(rays, offset, piece, node, siblings)
@@ -78,16 +79,14 @@ class DiscIndex(PatchSearch):
                 if len(leaves):
                     yield Stretches(leaves.piece, self._leaf.take(leaves.patch), leaves.first, leaves.last)
                 inner = np.flatnonzero(child >= 0)
-                if len(inner):
-                    waiting.append((met.piece.take(inner), child.take(inner)))
-                if not waiting:
-                    break
-                piece, node = _last_pairs(waiting)
-                siblings = BRANCHES
+                piece, node, siblings = met.piece.take(inner), child.take(inner), BRANCHES
+                waiting += [(piece[at : at + BLOCK], node[at : at + BLOCK]) for at in range(0, len(node), BLOCK)]
 
-    def _met(self, rays: np.ndarray, offset: np.ndarray, piece: np.ndarray, node: np.ndarray, siblings: int):
-        """Where the pieces pass the boxes of ``node`` and its next ``siblings``, as :class:`.Stretches`, as far as
-        something in these may face their direction."""
+    def _met(
+        self, rays: np.ndarray, offset: np.ndarray, piece: np.ndarray, node: np.ndarray, siblings: int
+    ) -> Stretches:
+        """Where each ``piece`` passes the boxes of ``siblings`` side by side, the first of which is ``node``, in a
+        direction that something in them may face."""
         start, inverse = rays[0].take(piece, axis=0), rays[1].take(piece, axis=0)
         box, met = node + offset.take(piece), []
         for sibling in range(siblings):

@@ -183,15 +183,24 @@ def _let_out(directions, flat, smooth, arriving, alpha, uniforms) -> np.ndarray:
     uniforms (K, 3).
     """
     leaving = dots(smooth, directions)
-    before, behind = shadowing(np.abs(arriving), alpha), shadowing(np.abs(leaving), alpha)
-    blocked = (leaving < 0) | (uniforms[:, 0] * (1.0 + before + behind) >= 1.0 + before)
+    blocked = uniforms[:, 0] >= unblocked(np.abs(arriving), leaving, alpha)
     directions = np.where(blocked[:, None], cosine_hemisphere(flat, uniforms[:, 1:]), directions)
     # Where the shading normal would send light through the flat triangle, it leaves as much to the other side.
     inside = np.minimum(dots(flat, directions), 0.0)
     return directions - (2 * inside)[:, None] * flat
 
 
-def shadowing(cosine, alpha) -> np.ndarray:
+def unblocked(arriving, leaving, alpha) -> np.ndarray:
+    """Share (K,) of what a microfacet that light meets sends on that no other one blocks.
+
+    ``arriving`` and ``leaving`` are cosines (K,) to the surface's normal, the latter below zero where it goes inside:
+    Smith's masking and shadowing of heights that are correlated (Heitz 2014).
+    """
+    before, behind = _shadowing(arriving, alpha), _shadowing(np.abs(leaving), alpha)
+    return np.where(leaving < 0, 0.0, (1.0 + before) / (1.0 + before + behind))
+
+
+def _shadowing(cosine, alpha) -> np.ndarray:
     """Smith's Lambda (K,) of GGX microfacets for light at that cosine to the surface's normal, 0 for a smooth one."""
     cosine = np.maximum(cosine, _LEAST_COSINE)
     return 0.5 * (np.sqrt(1.0 + alpha**2 * (1.0 / cosine**2 - 1.0)) - 1.0)

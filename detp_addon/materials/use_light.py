@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import bpy
 
 from ...core.errors import NotBakedError
-from ..reading.read_node_graph import node_tree
+from ..reading.read_node_graph import node_tree, trees_within
 from ..wording import counted, some
 from ..writing.baked_layers import WHITE, light_of, remove_layer
 from .light_nodes import make_plain, make_unlit, multiply, strip, surface_inputs, surface_outputs
@@ -143,24 +143,12 @@ def _has_light(mesh: bpy.types.Mesh, attribute: str) -> bool:
 
 
 def _restore(material: bpy.types.Material) -> None:
-    for tree in list(_trees(material)):
+    for tree in list(trees_within(material.node_tree)):
         strip(tree)
     if NODE_MARK in material:
         if material[NODE_MARK]["plain"]:
             material.use_nodes = False
         del material[NODE_MARK]
-
-
-def _trees(material: bpy.types.Material) -> Iterator[bpy.types.NodeTree]:
-    """The node tree of a material and all those inside it."""
-    waiting, seen = [material.node_tree], set()
-    while waiting:
-        tree = waiting.pop()
-        if tree is None or tree in seen:
-            continue
-        seen.add(tree)
-        yield tree
-        waiting += [node.node_tree for node in tree.nodes if node.bl_idname == "ShaderNodeGroup"]
 
 
 def _use(material: bpy.types.Material, attribute: str, quantity: str, way: str) -> tuple[str, str]:
@@ -192,4 +180,8 @@ def _use(material: bpy.types.Material, attribute: str, quantity: str, way: str) 
 
 def _has_paint(material: bpy.types.Material) -> bool:
     """Whether nodes of the material itself ask for colours of the mesh."""
-    return any(node.bl_idname in _PAINT and NODE_MARK not in node for tree in _trees(material) for node in tree.nodes)
+    return any(
+        node.bl_idname in _PAINT and NODE_MARK not in node
+        for tree in trees_within(material.node_tree)
+        for node in tree.nodes
+    )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...core.photons.specular import fresnel, shadowing, visible_normals
+from ...core.photons.specular import fresnel, unblocked, visible_normals
 from ...core.triangles import dots
 
 #: the reflectance straight on is no more than this, squared
@@ -46,8 +46,7 @@ def _means(root: np.ndarray, roughness: np.ndarray) -> tuple[np.ndarray, np.ndar
     up = np.tile((0.0, 0.0, 1.0), (len(cosine), 1))
     facets = visible_normals(up, towards, alpha, np.stack([first, second], axis=1))
     met = np.clip(dots(facets, towards), 0.0, 1.0)
-    leaving, before = 2.0 * met * facets[:, 2] - cosine, shadowing(cosine, alpha)
-    let_out = np.where(leaving > 0, (1.0 + before) / (1.0 + before + shadowing(np.abs(leaving), alpha)), 0.0)
+    let_out = unblocked(cosine, 2.0 * met * facets[:, 2] - cosine, alpha)
     reflectance, _ = fresnel(met, (1.0 + root) / (1.0 - root))
     grazing = let_out * (reflectance - root**2) / (1.0 - root**2)
     return tuple((part.reshape(shape).mean(axis=2) * weights * cosines).sum(axis=1) for part in (let_out, grazing))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import bpy
@@ -48,6 +49,18 @@ def node_tree(owner) -> bpy.types.NodeTree | None:
     if bpy.app.version < always_since and not owner.use_nodes:
         return None
     return owner.node_tree
+
+
+def trees_within(tree: bpy.types.NodeTree | None) -> Iterator[bpy.types.NodeTree]:
+    """A node tree, if there is one, and those of all groups inside it, each once."""
+    waiting, seen = [tree], set()
+    while waiting:
+        tree = waiting.pop()
+        if tree is None or tree in seen:
+            continue
+        seen.add(tree)
+        yield tree
+        waiting += [node.node_tree for node in tree.nodes if node.type == "GROUP"]
 
 
 def output_feed(tree, name: str = "Surface") -> Feed | None:

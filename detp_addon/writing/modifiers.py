@@ -8,6 +8,7 @@ from contextlib import contextmanager
 import bpy
 
 from ..animation.playback import is_playback
+from ..reading.read_node_graph import trees_within
 from ..reading.render_view import view_as_render
 from ..wording import counted
 
@@ -30,11 +31,12 @@ KEEPS_FACES = frozenset(
     "VERTEX_WEIGHT_PROXIMITY WARP WAVE WEIGHTED_NORMAL".split()
 )
 
-#: geometry nodes that do so, as those of *Smooth by Angle*, which Blender gives to files from before 4.1
+#: geometry nodes that do so, as those of *Smooth by Angle*, which Blender gives to files from before 4.1; groups have
+#: nodes that are looked at themselves
 NODES_KEEP_FACES = frozenset(
     f"GeometryNode{name}"
     for name in "CaptureAttribute MenuSwitch RemoveAttribute SetGeometryName SetID SetMaterial SetMaterialIndex "
-    "SetMeshNormal SetPosition SetShadeSmooth StoreNamedAttribute Switch".split()
+    "SetMeshNormal SetPosition SetShadeSmooth StoreNamedAttribute Switch Group".split()
 ) | {"NodeReroute", "NodeGroupInput", "NodeGroupOutput"}
 
 
@@ -81,20 +83,11 @@ def apply_modifiers(
 def _changes_faces(modifier: bpy.types.Modifier) -> bool:
     if not modifier.show_render or modifier.type in KEEPS_FACES or is_playback(modifier):
         return False
-    return modifier.type != "NODES" or (modifier.node_group is not None and _makes_faces(modifier.node_group, set()))
-
-
-def _makes_faces(tree: bpy.types.NodeTree, looked_at: set) -> bool:
-    """Whether some node of the ``tree``, but for those in trees ``looked_at``, makes or repeats geometry."""
-    looked_at.add(tree)
-    for node in tree.nodes:
-        inner = getattr(node, "node_tree", None)
-        if inner is not None:
-            if inner not in looked_at and _makes_faces(inner, looked_at):
-                return True
-        elif node.bl_idname not in NODES_KEEP_FACES and any(socket.type == "GEOMETRY" for socket in node.outputs):
-            return True
-    return False
+    if modifier.type != "NODES":
+        return True
+    nodes = (node for tree in trees_within(modifier.node_group) for node in tree.nodes)
+    makers = (node for node in nodes if node.bl_idname not in NODES_KEEP_FACES)
+    return any(socket.type == "GEOMETRY" for node in makers for socket in node.outputs)
 
 
 @contextmanager

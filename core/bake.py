@@ -192,9 +192,14 @@ class Baking:
             placed = VisibleDiscs.joined((yield from during("Placing the discs", 0.0, parts)))
             self.searches = [PhotonSearch(kind, placed) for kind in kinds]
         searches = self.searches + (self.records.searches if self.gathers else [])
-        self.photons = PhotonLight(self.tracer, searches, settings.seed, self._crew) if searches else None
+        self.photons = PhotonLight(self.tracer, searches, settings.seed, self._tracing_crew) if searches else None
         if self.photons is not None:
             self.photons.journal = self._journal
+
+    @property
+    def _tracing_crew(self) -> Crew | None:
+        """Who traces photons: this process, where it is to keep what they do."""
+        return self._crew if self._journal is None else None
 
     def _kinds(self) -> list[str]:
         """What photons bring to discs at the points: caustics, where surfaces turn light, are never gathered."""
@@ -235,7 +240,7 @@ class Baking:
         if done == 0:
             with self._stopwatch("gather"):
                 self._names = self.photons.make_gatherers(self._settings.gatherer)
-                if self._crew is not None:
+                if self._tracing_crew is not None:
                     self._crew.know_searches(self.tracing, self.photons.searches)
             yield Progress("Tracing photons", refinement.fraction)
         elif self.gathers:

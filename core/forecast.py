@@ -45,15 +45,31 @@ def forecast(points: int, settings: BakeSettings, factor: float = 1.0) -> Foreca
         low, high = np.log(ERRORS)
         for _ in range(30):
             middle = 0.5 * (low + high)
-            late = factor * _seconds(points, settings, np.exp(middle)) > seconds
+            late = factor * _wall_seconds(points, settings, np.exp(middle)) > seconds
             low, high = (middle, high) if late else (low, middle)
         return Forecast(settings.seconds, float(np.exp(high)))
+    error = _error(settings)
+    return Forecast(factor * _wall_seconds(points, settings, error), error)
+
+
+def processor_seconds(points: int, settings: BakeSettings) -> float:
+    """Seconds of one processor of the reference that baking so many ``points`` is likely to take."""
+    if settings.seconds is not None and settings.error is None and settings.photons is None:
+        return settings.seconds
+    return _processor_seconds(points, settings, _error(settings))
+
+
+def _error(settings: BakeSettings) -> float:
+    """Which error is aimed at."""
     by_photons = settings.photons is not None and settings.sends_photons
-    error = error_for(settings.photons) if by_photons else settings.target_error
-    return Forecast(factor * _seconds(points, settings, error), float(error))
+    return float(error_for(settings.photons) if by_photons else settings.target_error)
 
 
-def _seconds(points: int, settings: BakeSettings, error: float) -> float:
+def _wall_seconds(points: int, settings: BakeSettings, error: float) -> float:
+    return START + this_machine().wall_seconds(_processor_seconds(points, settings, error))
+
+
+def _processor_seconds(points: int, settings: BakeSettings, error: float) -> float:
     seconds = WHOLE_POINT * points
     if settings.direct_by == "shadow-rays":
         seconds += WHOLE_RAY * RAYS * (0.1 / error) * points
@@ -62,4 +78,4 @@ def _seconds(points: int, settings: BakeSettings, error: float) -> float:
         gathers = settings.indirect_by == "gather" and settings.direct_by != "photons"
         photons = settings.photons or (GATHERED_PHOTONS if gathers else MORE_PHOTONS * photons_for(error))
         seconds += WHOLE_PHOTON * photons + (GATHERED if gathers else CROSSING) * crossings * points
-    return START + this_machine().wall_seconds(seconds)
+    return seconds

@@ -22,8 +22,8 @@ BAKING_TRIANGLE, BAKING_POINT, BAKING = 400, 2650, 400_000_000
 #: bytes of the scene that a worker is sent, for each triangle and each estimation point
 SENT_TRIANGLE, SENT_POINT = 150, 100
 
-#: bytes that a worker takes for each disc at which photons are looked for
-SEARCHED_DISC = 1_700
+#: bytes that a worker takes for each disc at which photons are looked for, and beside
+SEARCHED_DISC, WORKER = 1_700, 200_000_000
 
 #: where Linux keeps the limits of groups of processes, as containers are
 GROUPS = Path("/sys/fs/cgroup")
@@ -60,15 +60,29 @@ def check_reading(triangles: int, of_meshes: int, corners: int, free: int | None
 
 def check_baking(triangles: int, points: int, free: int | None = None) -> None:
     """Raise OutOfMemoryError when ``points`` among so many ``triangles`` cannot be baked; ``free`` as above."""
-    needed = BAKING + BAKING_TRIANGLE * triangles + BAKING_POINT * points
-    _check(needed, triangles, f"{_many(points)} points", free)
+    _check(_of_bake(triangles, points), triangles, f"{_many(points)} points", free)
 
 
 def check_workers(triangles: int, points: int, discs: int, workers: int, free: int | None = None) -> None:
     """Raise OutOfMemoryError when so many ``workers`` on this machine cannot each hold the scene, and ``discs`` where
     photons are looked for; the rest as above."""
-    each = (BAKING_TRIANGLE + SENT_TRIANGLE) * triangles + SENT_POINT * points + SEARCHED_DISC * discs
-    _check(workers * each, triangles, f"{workers} workers", free)
+    _check(workers * _of_worker(triangles, points, discs), triangles, f"{workers} workers", free)
+
+
+def workers_that_fit(triangles: int, points: int, discs: int, free: int | None = None) -> int:
+    """How many workers fit into what is ``free`` beside the bake itself; the rest as above."""
+    free = free_bytes() if free is None else free
+    if free is None:
+        return 0
+    return max(int((free - _of_bake(triangles, points)) / _of_worker(triangles, points, discs)), 0)
+
+
+def _of_bake(triangles: int, points: int) -> int:
+    return BAKING + BAKING_TRIANGLE * triangles + BAKING_POINT * points
+
+
+def _of_worker(triangles: int, points: int, discs: int) -> int:
+    return WORKER + (BAKING_TRIANGLE + SENT_TRIANGLE) * triangles + SENT_POINT * points + SEARCHED_DISC * discs
 
 
 def free_bytes() -> int | None:

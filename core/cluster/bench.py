@@ -46,14 +46,21 @@ def code_identity() -> str:
 
 
 def worked(task: str, code: str, keys: Sequence[str], piece: np.ndarray, *shared: np.ndarray) -> np.ndarray:
-    """Do the ``task`` of that name for a ``piece`` of a bake, all as bytes: the one function that workers are told.
-
-    ``shared`` is what was sent once, of which ``keys`` are the names, so that it is worked out once; the first is the
-    scene. Raises ClusterError when the caller's ``code`` is another one.
+    """What is :func:`done`, in a process that does nothing else, of another machine perhaps: the one function that
+    Dask's workers are told. Raises ClusterError when the caller's ``code`` is another one.
     """
     if code != code_identity():
         raise ClusterError("A worker has another version of detp than this one: install the same on all.")
     keep_memory()
+    return done(task, keys, piece, *shared)
+
+
+def done(task: str, keys: Sequence[str], piece: np.ndarray, *shared: np.ndarray) -> np.ndarray:
+    """Do the ``task`` of that name for a ``piece`` of a bake, all as bytes.
+
+    ``shared`` is what was sent once, of which ``keys`` are the names, so that it is worked out once; the first is the
+    scene.
+    """
     with alone():
         with _lock:
             if keys[0] not in _benches:
@@ -65,6 +72,12 @@ def worked(task: str, code: str, keys: Sequence[str], piece: np.ndarray, *shared
             for key, data in zip(keys[1:], shared[1:], strict=True):
                 bench.lay(key, data)
         return packed(TASKS[task](bench, *unpacked(piece)))
+
+
+def forget(key: str) -> None:
+    """Keep nothing more of the scene that is called ``key``."""
+    with _lock:
+        _benches.pop(key, None)
 
 
 class Bench:

@@ -6,7 +6,9 @@ bit for bit, whoever does them.
 
 from __future__ import annotations
 
+import uuid
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from itertools import count
 from typing import Protocol
 
@@ -16,13 +18,20 @@ from ..direct.direct_light import DirectLight
 from ..discs import TangentDiscs
 from ..estimator.standpoints import POINTS_PER_CHUNK, Standpoints
 from ..estimator.visible_area import VisibleDiscs
-from ..gather.records import RecordFinder
-from ..parallel import slices
+from ..forecast import processor_seconds
+from ..gather.records import MOST_CELLS, RecordFinder
+from ..memory import check_workers, workers_that_fit
+from ..parallel import slices, worker_count
 from ..photons.photon_light import PhotonPiece, PhotonSearch, PieceSums
 from ..points import Points
 from ..scene import Scene
 from ..settings import BakeSettings
+from .dask_hands import LOCAL, hands_at
 from .packing import packed, unpacked
+from .processes import ProcessHands
+
+#: Seconds of one processor of the reference from which on a bake is worth the start of processes.
+WORTH = 4.0
 
 
 class Hands(Protocol):
@@ -106,3 +115,31 @@ class Crew:
         for part, brought in zip(groups, self._map("cast", pieces, "records", "light"), strict=True):
             light.take(part, brought)
             yield
+
+
+@contextmanager
+def crew_of(
+    scene: Scene, points: Points, settings: BakeSettings, address: str | None = None, beside: int = 1
+) -> Iterator[Crew | None]:
+    """Who does the heavy parts of a bake; what they do is cancelled at the end.
+
+    The workers of the Dask scheduler at ``address``, or LOCAL. Without an address processes of this machine, whose
+    processors so many bakes ``beside`` each other share, where there is work enough for them and memory; else nobody.
+    Raises ClusterError when workers cannot be had, or do not suit, and OutOfMemoryError when this machine has not
+    memory enough for them.
+    """
+    at_points = "photons" in (settings.direct_by, settings.indirect_by)
+    discs = len(points) if at_points else min(len(points), 2 * MOST_CELLS)
+    sizes, count = (len(scene.triangles), len(points), discs), worker_count()
+    if address is None:
+        count = min(count // beside, workers_that_fit(*sizes))
+        if count < 2 or processor_seconds(len(points), settings) < WORTH:
+            yield None
+            return
+        hands = ProcessHands(count)
+    else:
+        if address == LOCAL:
+            check_workers(*sizes, count)
+        hands = hands_at(address)
+    with hands as ready:
+        yield Crew(ready, uuid.uuid4().hex, scene, points, settings)

@@ -10,7 +10,6 @@ from __future__ import annotations
 import logging
 import re
 import time
-import uuid
 from collections import deque
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -20,14 +19,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import ClusterError
-from ..gather.records import MOST_CELLS
-from ..memory import check_workers
 from ..parallel import worker_count
-from ..points import Points
-from ..scene import Scene
-from ..settings import BakeSettings
 from .bench import code_identity, worked
-from .crew import Crew
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -47,24 +40,6 @@ MOST_LOSSES = 5
 
 #: Seconds after which it is looked again how many workers there are.
 _LOOK = 1.0
-
-
-@contextmanager
-def crew_of(address: str | None, scene: Scene, points: Points, settings: BakeSettings) -> Iterator[Crew | None]:
-    """The workers of the scheduler at ``address``, or LOCAL, as the crew of a bake; cancels what they do at the end.
-
-    No crew where there is no address. Raises ClusterError when workers cannot be had, or do not suit, and
-    OutOfMemoryError when this machine has not memory enough for them.
-    """
-    if address is None:
-        yield None
-        return
-    if address == LOCAL:
-        at_points = "photons" in (settings.direct_by, settings.indirect_by)
-        discs = len(points) if at_points else min(len(points), 2 * MOST_CELLS)
-        check_workers(len(scene.triangles), len(points), discs, worker_count())
-    with hands_at(address) as hands:
-        yield Crew(hands, uuid.uuid4().hex, scene, points, settings)
 
 
 @contextmanager
@@ -146,7 +121,7 @@ class DaskHands:
             try:
                 self._futures[key] = self._client.scatter(data, broadcast=True, hash=False)
                 return
-            except (OSError, TimeoutError) as error:  # workers went meanwhile
+            except (OSError, TimeoutError, ValueError) as error:  # workers went meanwhile; all of them: ValueError
                 self._check_loss(losses, error)
 
     def drop(self, key: str) -> None:

@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..bake import Baking, during
+from ..cluster.crew import Crew
 from ..direct.direct_light import DirectLight
 from ..direct.stands import Stands
 from ..errors import InvalidSettingError, NotUpdatableError
@@ -98,9 +99,9 @@ class BakeSession:
         self.check()
         return self._base.first
 
-    def bake(self, fit: VertexFit | None = None) -> Stage:
+    def bake(self, fit: VertexFit | None = None, crew: Crew | None = None) -> Stage:
         """The first bake, as :func:`..bake.bake` does it; the light is the same."""
-        work = Baking(self._scene, self._points, self._settings, fit, journal=self._journal)
+        work = Baking(self._scene, self._points, self._settings, fit, crew, self._journal)
         result = yield from work.stages()
         self._dark = not work.gathers
         if not (self._journal.full or self._dark):

@@ -20,7 +20,7 @@ def add_bake_animation(commands) -> None:
         "bake-animation", help="bake the light of a scene over frames, which then plays in Blender",
         description="Bake each frame's light into the vertex colours of a scene, so that it plays back.",
     )  # fmt: skip
-    bake.set_defaults(run=_run, split=False, by_light=False, subdivide=0, cluster=None)
+    bake.set_defaults(run=_run, split=False, by_light=False, subdivide=0, cluster=None, jobs=1)
     bake.add_argument("scene_file", metavar="SCENE.blend")
     bake.add_argument("--frames", type=_range, required=True, metavar="A-B", help="the first and the last frame")
     bake.add_argument(

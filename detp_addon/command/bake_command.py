@@ -30,6 +30,7 @@ def run_bake(arguments: argparse.Namespace) -> int:
     previews, report = plan_side_files(scenes, arguments.preview, arguments.report)
     paths = zip((scene.path for scene in scenes), outputs, previews, strict=True)
     jobs = tuple(SceneJob(*each) for each in paths)
+    options["jobs"] = min(arguments.jobs, len(jobs))
     wishes = arguments.jobs, arguments.time_limit, arguments.resume, arguments.dry_run
     return int(bake_batch(Batch(jobs, options, report, arguments.quiet, *wishes)) > 0)
 

@@ -101,6 +101,7 @@ def bake_request(options: dict) -> BakeRequest:
         activate=options["activate"] == "on",
         encoding=Encoding(options["exposure"], options["clamp"], options["storage"]),
         cluster=options["cluster"],
+        beside=options["jobs"],
     )
 
 

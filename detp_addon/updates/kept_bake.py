@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Generator
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
 
 import bpy
 
 from ...core.bake import bake
+from ...core.cluster.crew import Crew
 from ...core.errors import InvalidSettingError, NotUpdatableError, OutOfMemoryError
 from ...core.fit.vertex_fit import VertexFit
 from ...core.memory import check_baking, free_bytes
@@ -141,9 +143,18 @@ class KeptBake:
             check_baking(triangles, points)
 
     def bake(
-        self, group: str, surfaces: Scene, points: Points, settings: BakeSettings, fit: VertexFit | None
+        self,
+        group: str,
+        surfaces: Scene,
+        points: Points,
+        settings: BakeSettings,
+        fit: VertexFit | None,
+        hired: AbstractContextManager[Crew | None],
     ) -> Generator[Progress, None, BakeResult]:
-        """The steps of an update of the light of that ``group``, or of a whole bake where there can be none."""
+        """The steps of an update of the light of that ``group``, or of a whole bake where there can be none.
+
+        A crew is ``hired`` for a whole bake only.
+        """
         session = self._sessions.get(group)
         if session is not None:
             try:
@@ -162,8 +173,10 @@ class KeptBake:
             session = BakeSession(surfaces, points, settings, LIMIT if free is None else min(LIMIT, int(SHARE * free)))
         except (InvalidSettingError, NotUpdatableError) as error:
             self._not_kept(error, group)
-            return (yield from bake(surfaces, points, settings, fit))
-        result = yield from session.bake(fit)
+            with hired as crew:
+                return (yield from bake(surfaces, points, settings, fit, crew))
+        with hired as crew:
+            result = yield from session.bake(fit, crew)
         try:
             session.check()
         except NotUpdatableError as error:

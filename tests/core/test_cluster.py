@@ -15,8 +15,8 @@ from detp.core import AreaLight, BakeSettings, PointLight, Points, SpotLight, Su
 from detp.core.bake import bake, baked
 from detp.core.cluster import bench, dask_hands
 from detp.core.cluster.crew import Crew
-from detp.core.cluster.own_hands import OwnHands
 from detp.core.cluster.packing import packed, unpacked
+from detp.core.cluster.processes import ProcessHands
 from detp.core.errors import ClusterError
 from detp.core.photons import photon_light
 from detp.core.photons.photon_light import PhotonPiece
@@ -61,10 +61,9 @@ def same(one, other):
 )
 def test_what_travels_is_all_that_it_takes(lights, settings):
     scene, points = room(lights, emission=0.1, transmittance=0.0 if lights is None else 0.2)
-    hands = OwnHands()
-    crew = Crew(hands, uuid.uuid4().hex, scene, points, settings)
-    assert same(finished(bake(scene, points, settings, crew=crew)), baked(scene, points, settings))
-    assert hands.sent > 0
+    with ProcessHands(0) as hands:
+        crew = Crew(hands, uuid.uuid4().hex, scene, points, settings)
+        assert same(finished(bake(scene, points, settings, crew=crew)), baked(scene, points, settings))
 
 
 @pytest.mark.parametrize("gatherer", ["disc-index", "sphere-cache"])
@@ -78,9 +77,9 @@ def test_photons_in_pieces_bring_the_light_of_one_process(monkeypatch, gatherer,
         monkeypatch.setattr(parallel, "worker_count", lambda count=count: count)
         monkeypatch.setattr(photon_light, "worker_count", lambda count=count: count)
         found.append(baked(scene, points, settings))
-    hands = OwnHands()
-    crew = Crew(hands, uuid.uuid4().hex, scene, points, settings)
-    by_crew = finished(bake(scene, points, settings, crew=crew))
+    with ProcessHands(0) as hands:
+        crew = Crew(hands, uuid.uuid4().hex, scene, points, settings)
+        by_crew = finished(bake(scene, points, settings, crew=crew))
     assert same(found[0], found[1]) and same(by_crew, found[0])
     for name in ("segments", "gatherer", "reason"):
         assert getattr(by_crew, name) == getattr(found[0], name)

@@ -22,9 +22,6 @@ def test_what_fits_passes_and_what_does_not_is_refused_with_both_sizes():
         check_baking(7, 5_000_000, need - 1)
     with pytest.raises(OutOfMemoryError, match=r"10\.0 M triangles and 2 workers"):
         memory.check_workers(10_000_000, 1_000_000, 0, 2, 10**9)
-    memory.check_workers(0, 0, 1_000, 2, 2_000 * memory.SEARCHED_DISC)
-    with pytest.raises(OutOfMemoryError, match="2 workers"):
-        memory.check_workers(0, 0, 1_000, 2, 2_000 * memory.SEARCHED_DISC - 1)
 
 
 def test_a_machine_that_tells_nothing_refuses_nothing(monkeypatch):

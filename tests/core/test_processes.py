@@ -1,0 +1,182 @@
+"""One bake by processes of this machine: the same light, bit for bit, whatever becomes of them."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+import uuid
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from detp.core import BakeSettings, PointLight, Points, forecast, memory
+from detp.core.bake import bake, baked
+from detp.core.cluster import crew as crews
+from detp.core.cluster import processes
+from detp.core.cluster.crew import Crew, crew_of
+from detp.core.cluster.processes import ProcessHands
+from detp.core.errors import OutOfMemoryError
+from detp.core.stages import finished
+from detp.core.update.session import BakeSession
+from rooms import box_quads, face_points, scene_of
+
+QUICK = BakeSettings(photons=6_000)
+PHOTONS = BakeSettings(photons=40_000, radius=0.2, indirect="photons")
+ROOM = box_quads((1.0, 1.0, 1.0))
+
+
+@pytest.fixture(scope="module")
+def room():
+    points, normals = face_points(ROOM, 10)
+    lights = PointLight((0.5, 0.4, 0.6), (3, 2, 1)), PointLight((0.2, 0.7, 0.8), (1, 2, 1), 0.02)
+    return scene_of(ROOM, 0.6, 0.1, lights), Points(0.97 * (points - 0.5) + 0.5, normals)
+
+
+def steps_by(hands, room, settings):
+    return bake(*room, settings, crew=Crew(hands, uuid.uuid4().hex, *room, settings))
+
+
+def assert_same(one, other):
+    for name in ("value", "standard_error"):
+        for part in ("direct", "indirect", "seen"):
+            assert np.array_equal(getattr(getattr(one, part), name), getattr(getattr(other, part), name))
+    assert (one.photons, one.segments, one.shadow_rays) == (other.photons, other.segments, other.shadow_rays)
+
+
+def children():
+    """The processes that this one has started and not yet left."""
+    found = subprocess.run(["ps", "--ppid", str(os.getpid()), "-o", "args="], capture_output=True, text=True)
+    return [line for line in found.stdout.splitlines() if "worker.py" in line]
+
+
+@pytest.mark.parametrize("settings", [QUICK, PHOTONS])
+@pytest.mark.parametrize("number", [1, 3])
+def test_processes_give_the_light_of_none(room, number, settings):
+    with ProcessHands(number) as hands:
+        assert_same(finished(steps_by(hands, room, settings)), baked(*room, settings))
+        assert len(hands._workers) == len(hands._processes) == number
+    assert all(process.returncode is not None for process in hands._processes)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has other signals")
+@pytest.mark.parametrize("lost", [1, 3])
+@pytest.mark.parametrize(("settings", "phase", "number"), [(QUICK, "Casting rays", 1), (PHOTONS, "Tracing photons", 4)])
+def test_processes_that_are_killed_cost_nothing_but_time(room, lost, settings, phase, number):
+    with ProcessHands(3) as hands:
+        left, seen = hands._processes[:lost], 0
+        steps = steps_by(hands, room, settings)
+        while True:
+            try:
+                progress = next(steps)
+            except StopIteration as end:
+                found = end.value
+                break
+            seen += progress.phase == phase
+            if seen == number:
+                for process in left:
+                    process.send_signal(signal.SIGKILL)
+                left = []
+        assert not left and sum(process.poll() is not None for process in hands._processes) == lost
+    assert_same(found, baked(*room, settings))
+
+
+@pytest.mark.parametrize("program", ["/no/such/python", "", sys.executable])
+def test_where_processes_cannot_start_this_one_does_all(room, monkeypatch, tmp_path, program):
+    """There is no such program, or it ends at once."""
+    monkeypatch.setattr(processes.sys, "executable", program)
+    monkeypatch.setattr(processes, "_WORKER", tmp_path / "no_such_script.py")
+    with ProcessHands(2) as hands:
+        assert_same(finished(steps_by(hands, room, QUICK)), baked(*room, QUICK))
+        assert not hands._workers
+
+
+def test_no_stranger_is_let_in(room):
+    with ProcessHands(1) as hands:
+        with socket.create_connection(hands._door.getsockname()) as stranger:
+            stranger.sendall(bytes(32))
+            assert_same(finished(steps_by(hands, room, QUICK)), baked(*room, QUICK))
+            assert len(hands._workers) == 1
+            stranger.settimeout(5.0)
+            assert stranger.recv(1) == b""
+
+
+def test_a_bake_that_is_closed_leaves_no_processes(room, monkeypatch):
+    monkeypatch.setattr(crews, "WORTH", 0.0)
+    monkeypatch.setattr(crews, "worker_count", lambda: 2)
+
+    def baking():
+        with crew_of(*room, QUICK) as crew:
+            yield from bake(*room, QUICK, crew=crew)
+
+    steps = baking()
+    for progress in steps:
+        if progress.phase == "Casting rays":
+            assert len(children()) == 2
+            break
+    steps.close()
+    assert not children()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has other signals")
+def test_processes_end_with_the_one_that_started_them(tmp_path):
+    script = "import sys, time; from detp.core.cluster.processes import ProcessHands; hands = ProcessHands(2)\n"
+    script += "while len(hands._workers) < 2: hands._look()\n"
+    script += "print(*(each.pid for each in hands._processes), flush=True); time.sleep(60)"
+    starter = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
+    started = [int(each) for each in starter.stdout.readline().split()]
+    starter.kill()
+    starter.wait()
+    starter.stdout.close()
+    until = time.monotonic() + 10.0
+    while any(os.path.exists(f"/proc/{each}") for each in started) and time.monotonic() < until:
+        time.sleep(0.05)
+    assert len(started) == 2 and not any(os.path.exists(f"/proc/{each}") for each in started)
+
+
+def test_a_bake_that_is_kept_for_updates_has_the_same_light_and_paths_by_processes(room):
+    alone = BakeSession(*room, QUICK)
+    by_crew = BakeSession(*room, QUICK)
+    with ProcessHands(2) as hands:
+        found = finished(by_crew.bake(crew=Crew(hands, uuid.uuid4().hex, *room, QUICK)))
+    assert_same(found, finished(alone.bake()))
+    painted = room[0].albedo.copy()
+    painted[:2] = 0.2
+    changed = replace(room[0], albedo=painted), room[1]
+    assert_same(finished(by_crew.update(*changed)), finished(alone.update(*changed)))
+
+
+@pytest.mark.parametrize(
+    ("worth", "processors", "beside", "free", "hired"),
+    [
+        (0.0, 2, 1, 1 << 40, True),
+        (0.0, 1, 1, 1 << 40, False),
+        (0.0, 4, 4, 1 << 40, False),
+        (0.0, 2, 1, memory.BAKING + memory.WORKER, False),
+        (1e9, 2, 1, 1 << 40, False),
+    ],
+)
+def test_processes_are_started_where_they_pay(room, monkeypatch, worth, processors, beside, free, hired):
+    monkeypatch.setattr(crews, "WORTH", worth)
+    monkeypatch.setattr(crews, "worker_count", lambda: processors)
+    monkeypatch.setattr(memory, "free_bytes", lambda: free)
+    with crew_of(*room, QUICK, beside=beside) as crew:
+        assert (crew is not None) == hired
+        assert len(children()) == (processors if hired else 0)
+
+
+def test_workers_are_worth_it_by_what_is_to_be_done():
+    quick, long = BakeSettings(quality="draft"), BakeSettings(quality="final")
+    assert forecast.processor_seconds(1_000, quick) < crews.WORTH < forecast.processor_seconds(50_000, quick)
+    assert forecast.processor_seconds(1_000, quick) < forecast.processor_seconds(1_000, long)
+    assert forecast.processor_seconds(1_000, BakeSettings(seconds=30.0)) == 30.0
+
+
+def test_as_many_workers_as_memory_has_room_for():
+    of_bake, of_worker = memory._of_bake(1_000_000, 100_000), memory._of_worker(1_000_000, 100_000, 10_000)
+    for number in (0, 1, 5):
+        assert memory.workers_that_fit(1_000_000, 100_000, 10_000, of_bake + number * of_worker) == number
+    assert memory.workers_that_fit(1_000_000, 100_000, 10_000, 0) == 0
+    with pytest.raises(OutOfMemoryError):
+        memory.check_workers(1_000_000, 100_000, 10_000, 5, 5 * of_worker - 1)

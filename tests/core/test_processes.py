@@ -45,10 +45,17 @@ def assert_same(one, other):
     assert (one.photons, one.segments, one.shadow_rays) == (other.photons, other.segments, other.shadow_rays)
 
 
-def children():
-    """The processes that this one has started and not yet left."""
-    found = subprocess.run(["ps", "--ppid", str(os.getpid()), "-o", "args="], capture_output=True, text=True)
-    return [line for line in found.stdout.splitlines() if "worker.py" in line]
+@pytest.fixture
+def started(monkeypatch):
+    """The processes that the test starts."""
+    found, start = [], subprocess.Popen
+
+    def noted(*arguments, **options):
+        found.append(start(*arguments, **options))
+        return found[-1]
+
+    monkeypatch.setattr(processes.subprocess, "Popen", noted)
+    return found
 
 
 @pytest.mark.parametrize("settings", [QUICK, PHOTONS])
@@ -102,7 +109,7 @@ def test_no_stranger_is_let_in(room):
             assert stranger.recv(1) == b""
 
 
-def test_a_bake_that_is_closed_leaves_no_processes(room, monkeypatch):
+def test_a_bake_that_is_closed_leaves_no_processes(room, monkeypatch, started):
     monkeypatch.setattr(crews, "WORTH", 0.0)
     monkeypatch.setattr(crews, "worker_count", lambda: 2)
 
@@ -113,10 +120,10 @@ def test_a_bake_that_is_closed_leaves_no_processes(room, monkeypatch):
     steps = baking()
     for progress in steps:
         if progress.phase == "Casting rays":
-            assert len(children()) == 2
+            assert [process.poll() for process in started] == [None, None]
             break
     steps.close()
-    assert not children()
+    assert all(process.returncode is not None for process in started)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has other signals")
@@ -157,13 +164,13 @@ def test_a_bake_that_is_kept_for_updates_has_the_same_light_and_paths_by_process
         (1e9, 2, 1, 1 << 40, False),
     ],
 )
-def test_processes_are_started_where_they_pay(room, monkeypatch, worth, processors, beside, free, hired):
+def test_processes_are_started_where_they_pay(room, monkeypatch, started, worth, processors, beside, free, hired):
     monkeypatch.setattr(crews, "WORTH", worth)
     monkeypatch.setattr(crews, "worker_count", lambda: processors)
     monkeypatch.setattr(memory, "free_bytes", lambda: free)
     with crew_of(*room, QUICK, beside=beside) as crew:
         assert (crew is not None) == hired
-        assert len(children()) == (processors if hired else 0)
+        assert len(started) == (processors if hired else 0)
 
 
 def test_workers_are_worth_it_by_what_is_to_be_done():

@@ -26,7 +26,8 @@ def exactly(at: socket.socket, size: int) -> np.ndarray:
     data = np.empty(size, np.uint8)
     left = memoryview(data)
     while left:
-        count = at.recv_into(left)
+        # Asked for all, the system puts it together while this process goes on with its work.
+        count = at.recv_into(left, 0, socket.MSG_WAITALL)
         if count == 0:
             raise EOFError
         left = left[count:]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import groupby, islice
+from itertools import islice
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -24,14 +24,10 @@ from .tracing import PhotonTracer, TracedPhotons
 if TYPE_CHECKING:
     from ..cluster.crew import Crew
 
-#: Particles traced at a time, and gathered at a time. Fixed, because the random numbers follow from them:
-#: a seed gives the same light whatever the machine, the gatherer or the number of threads.
-PHOTONS_PER_TRACE = 1 << 15
+#: Particles of a batch at most. It is cut into so many pieces, but of so many particles at least, and at most. Fixed,
+#: because the random numbers follow from them: a seed gives the same light whoever works on the pieces.
 PHOTONS_PER_GATHER = 1 << 18
-
-#: A batch of few traces is cut up further, into about so many pieces, but of so many particles at least, so that there
-#: is work for all.
-PIECES, LEAST_PER_PIECE = 8, 1 << 12
+PIECES, LEAST_PER_PIECE, PHOTONS_PER_TRACE = 8, 1 << 13, 1 << 15
 
 #: Rings of discs that may be summed up side by side, by threads with sums of their own of all discs.
 MOST_SUMS = 1 << 24
@@ -84,32 +80,30 @@ class PhotonSearch:
 
 @dataclass(frozen=True)
 class PhotonPiece:
-    """Particles that are gathered together: those from the number ``first`` to before ``last``, out of ``count`` that
-    are traced together, from the number ``start`` on. These are a ``share`` of the batch."""
+    """Particles that are traced and gathered together: those from the number ``first`` to before ``last``, a ``share``
+    of a batch."""
 
-    start: int
-    count: int
-    share: float
     first: int
     last: int
+    share: float
 
     @classmethod
     def of_batch(cls, begin: int, particles: int) -> list[PhotonPiece]:
         """Those of so many ``particles``, from the number ``begin`` on."""
-        pieces, end = [], begin + particles
-        traces = range(begin, end, PHOTONS_PER_TRACE)
-        size = max(PHOTONS_PER_TRACE // max(PIECES // len(traces), 1), LEAST_PER_PIECE)
-        for start in traces:
-            count = min(PHOTONS_PER_TRACE, end - start)
-            parts = ((start + part.start, start + part.stop) for part in slices(count, size))
-            pieces += [cls(start, count, count / particles, *part) for part in parts]
-        return pieces
+        size = int(np.clip(-(-particles // PIECES), LEAST_PER_PIECE, PHOTONS_PER_TRACE))
+        parts = slices(particles, size)
+        return [cls(begin + p.start, begin + p.stop, (p.stop - p.start) / particles) for p in parts]
+
+    @property
+    def particles(self) -> int:
+        """How many they are."""
+        return self.last - self.first
 
 
 @dataclass(frozen=True)
 class PieceSums:
-    """What a ``piece`` of particles brings: the number of its ``segments``, and the ``sums`` of each search; and, with
-    the first of those traced together, the flux (3,) W that was ``cut`` of all these, times their number."""
+    """What a ``piece`` of particles brings: the number of its ``segments``, the ``sums`` of each search, and the flux
+    (3,) W that was ``cut`` of it, times its particles."""
 
     piece: PhotonPiece
     segments: int
@@ -133,7 +127,6 @@ class PhotonLight:
     def __init__(self, tracer: PhotonTracer, searches: Sequence[PhotonSearch], seed: int, crew: Crew | None = None):
         self._tracer, self.searches, self._seed, self._crew = tracer, searches, seed, crew
         self._cut = np.zeros(3)
-        self._latest: tuple[int, TracedPhotons] | None = None
         self.particles = self.segments = self.crossings = 0
 
     @property
@@ -181,10 +174,7 @@ class PhotonLight:
 
     def found(self, piece: PhotonPiece) -> PieceSums:
         """What that ``piece`` brings, in one call: a worker's part."""
-        # What is traced together is often asked for piece by piece.
-        if self._latest is None or self._latest[0] != piece.start:
-            self._latest = piece.start, self._traced(piece)
-        *_, found = self._gathered(piece, self._latest[1])
+        *_, found = self._gathered(piece, self._traced(piece))
         return found
 
     def _worked(self, pieces: list[PhotonPiece], stopwatch: Stopwatch) -> Iterator[PieceSums | None]:
@@ -202,30 +192,26 @@ class PhotonLight:
             yield from sorted(found, key=lambda each: each.piece.first)
 
     def _tasks(self, pieces: list[PhotonPiece], stopwatch: Stopwatch) -> Iterator[tuple[PhotonPiece, TracedPhotons]]:
-        """The ``pieces``, each with those that were traced with it."""
-        together = [list(some) for _, some in groupby(pieces, lambda piece: piece.start)]
-        traces = ordered_map(self._traced, [some[0] for some in together])
-        for some, traced in zip(together, stopwatch.timed("trace", traces), strict=True):
+        """The ``pieces``, each with what its particles do."""
+        traces = ordered_map(self._traced, pieces)
+        for piece, traced in zip(pieces, stopwatch.timed("trace", traces), strict=True):
             if self.journal is not None:
-                self.journal.keep(traced.segments.weighted(some[0].count), traced.lights)
-            yield from ((piece, traced) for piece in some)
+                self.journal.keep(traced.segments.weighted(piece.particles), traced.lights)
+            yield piece, traced
 
     def _traced(self, piece: PhotonPiece) -> TracedPhotons:
-        return self._tracer.trace(piece.count, random_stream(self._seed, "photons", piece.start), piece.start)
+        return self._tracer.trace(piece.particles, random_stream(self._seed, "photons", piece.first), piece.first)
 
     def _gathered(self, piece: PhotonPiece, traced: TracedPhotons) -> Iterator[PieceSums | None]:
         """None at each step, and at last what the piece brings."""
         segments, sums = traced.segments, []
         if self.journal is not None and all(search.kind != "direct" for search in self.searches):
             segments = segments.indirect  # it keeps all; what is gathered is as without it, and so is what a step costs
-        if piece.last - piece.first < piece.count:
-            segments = segments.taken((segments.particle >= piece.first) & (segments.particle < piece.last))
-        # All that are traced together carry the scene's full power; in the batch they stand for their share of it.
+        # A piece carries the scene's full power; in the batch it stands for its share of it.
         segments = segments.weighted(piece.share)
         for search in self.searches:
             sums.append((yield from search.gathered(segments)))
-        cut = traced.cut_flux * (piece.count if piece.first == piece.start else 0)
-        yield PieceSums(piece, len(segments), cut, tuple(sums))
+        yield PieceSums(piece, len(segments), traced.cut_flux * piece.particles, tuple(sums))
 
     def _count(self, found: PieceSums, batches: Sequence[BatchSums]) -> None:
         """Count in what a piece of the ``batches``, one for each search, brought."""

@@ -91,20 +91,19 @@ def test_photons_in_pieces_bring_the_light_of_one_process(monkeypatch, gatherer,
     ("begin", "particles", "sizes"),
     [
         (0, 1, [1]),
-        (0, 6_000, [4_096, 1_904]),
-        (5_000, 1 << 15, [1 << 12] * 8),
-        (7, (1 << 16) + 1, [1 << 14] * 4 + [1]),
+        (0, 10_000, [8_192, 1_808]),
+        (5_000, 1 << 15, [1 << 13] * 4),
+        (7, (1 << 17) + 1, [(1 << 14) + 1] * 7 + [(1 << 14) - 6]),
         (0, 1 << 18, [1 << 15] * 8),
+        (0, 1 << 19, [1 << 15] * 16),
     ],
 )
 def test_pieces_of_photons_are_each_once_and_do_not_ask_how_many_workers(begin, particles, sizes):
     pieces = PhotonPiece.of_batch(begin, particles)
-    assert [piece.last - piece.first for piece in pieces] == sizes
+    assert [piece.particles for piece in pieces] == sizes
     assert pieces[0].first == begin
     assert all(one.last == other.first for one, other in itertools.pairwise(pieces))
-    traced = {piece.start: piece.count for piece in pieces}
-    assert sum(traced.values()) == particles
-    assert sum({piece.start: piece.share for piece in pieces}.values()) == pytest.approx(1.0)
+    assert sum(piece.share for piece in pieces) == pytest.approx(1.0)
 
 
 def test_packed_values_come_back_as_they_were():

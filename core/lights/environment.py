@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from ..bounds import Bounds
-from ..checks import float_rows
+from ..checks import fill, float_rows
 from ..errors import InvalidArrayError
 from ..sampling import choose, face_points
 from .light import Particles, ShadowRays
@@ -50,18 +50,11 @@ class EnvironmentWorld:
         radiance = float_rows(np.reshape(self.radiance, (-1, 3)), "environment pixels").reshape(shape)
         rows, columns = _factors(shape[0], shape[1])
         strength = np.abs(radiance).max(axis=2)
+        fill(self, radiance=radiance, _row_factors=rows, _column_factors=columns)
         shares = np.stack([np.cumsum(strength * r[:, None] * c) for r, c in zip(rows, columns, strict=True)])
-        strength_sums = np.cumsum(strength * _solid_angles(shape[0], shape[1])[:, None])
-        through = np.einsum("hwc,kh,kw->kc", radiance, rows, columns, optimize=True)
-        for name, value in (
-            ("radiance", radiance),
-            ("_row_factors", rows),
-            ("_column_factors", columns),
-            ("_shares", shares),
-            ("_through", through),
-            ("strength_sums", strength_sums),
-        ):
-            object.__setattr__(self, name, value)
+        solid_angles = (2.0 * np.pi / shape[1]) * np.diff(self.sines)
+        fill(self, _shares=shares, strength_sums=np.cumsum(strength * solid_angles[:, None]))
+        fill(self, _through=np.einsum("hwc,kh,kw->kc", radiance, rows, columns, optimize=True))
 
     def shadow_rays(self, points: np.ndarray, uniforms: np.ndarray) -> ShadowRays:
         """Into a pixel chosen in proportion to its strongest channel times its solid angle, uniform within it."""
@@ -152,11 +145,6 @@ class EnvironmentWorld:
 def _latitudes(height: int) -> np.ndarray:
     """Latitudes (height + 1,) of the rows' borders, radians."""
     return np.pi * (np.arange(height + 1) / height - 0.5)
-
-
-def _solid_angles(height: int, width: int) -> np.ndarray:
-    """Solid angles (height,) in sr of a pixel in each row."""
-    return (2.0 * np.pi / width) * np.diff(np.sin(_latitudes(height)))
 
 
 def _factors(height: int, width: int) -> tuple[np.ndarray, np.ndarray]:

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from ..bounds import Bounds
-from ..checks import vector
+from ..checks import fill, vector
 from ..sampling import choose, cosine_hemisphere, face_points
 from .light import Particles
 
@@ -27,7 +27,7 @@ class UniformWorld:
     distant: ClassVar[bool] = True
 
     def __post_init__(self):
-        object.__setattr__(self, "radiance", vector(self.radiance, "The world's radiance"))
+        fill(self, radiance=vector(self.radiance, "The world's radiance"))
 
     def flux(self, bounds: Bounds) -> np.ndarray:
         """Radiant flux (3,) in W that enters the box: pi times radiance times surface."""

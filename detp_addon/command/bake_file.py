@@ -13,7 +13,6 @@ from typing import Protocol
 import bpy
 
 from ...core.errors import DetpError, InvalidSettingError
-from ...core.forecast import forecast
 from ...core.memory import keep_memory, memory_errors_named
 from ...core.settings import QUALITIES
 from ..chosen_objects import chosen_objects, likely_points, targets_in
@@ -23,7 +22,7 @@ from ..files.open_files import check_readable, is_compressed, open_blend
 from ..files.write_files import check_writable, replace_file, save_blend
 from ..job import bake_scene
 from ..materials.use_light import use_in_materials
-from ..mixing.light_groups import likely_groups
+from ..mixing.light_groups import likely_bake
 from ..preview.render_preview import render_preview
 from ..report import BakeReport
 from ..request import BakeRequest
@@ -187,9 +186,7 @@ def _foreseen(job: SceneJob, request: BakeRequest, choice: ViewChoice) -> list[d
     seconds, entries = 2.0 * (time.perf_counter() - begin), []
     for scene, layer in chosen_views(choice):
         points = likely_points(scene, layer, targets_in(scene, request.targets))
-        groups = likely_groups(scene, layer) if request.by_light else 1
-        likely = forecast(points, request.settings)
-        likely = replace(likely, seconds=likely.seconds * (groups if request.settings.seconds is None else 1))
+        likely = likely_bake(scene, layer, request, points)
         entries.append(
             {
                 "scene": str(job.scene), "output": str(job.output), "blender_scene": scene.name,

@@ -206,17 +206,6 @@ def _seconds(text: str) -> float:
 
 def bake_settings(options: dict) -> BakeSettings:
     """What the command's ``options``, by name, ask of the core. Raises InvalidSettingError."""
-    return BakeSettings(
-        quality=options["quality"],
-        photons=options["photons"],
-        error=options["error"],
-        seconds=options["time"],
-        radius=options["radius"],
-        bounces=options["bounces"],
-        seed=options["seed"],
-        gatherer=options["gatherer"],
-        estimator=options["estimator"],
-        direct=options["direct"],
-        indirect=options["indirect"],
-        shadow_distance=options["ao_distance"],
-    )
+    names = "quality photons error radius bounces seed gatherer estimator direct indirect".split()
+    given = {name: options[name] for name in names}
+    return BakeSettings(**given, seconds=options["time"], shadow_distance=options["ao_distance"])

@@ -8,8 +8,10 @@ from dataclasses import dataclass, replace
 import bpy
 import numpy as np
 
+from ...core.forecast import Forecast, forecast
 from ...core.scene import Scene
 from ..reading.read_scene import WORLD, ExportedScene
+from ..request import BakeRequest
 from ..wording import counted
 from ..writing.write_attributes import LONGEST_NAME
 
@@ -73,6 +75,14 @@ def lit_by(export: ExportedScene, group: LightGroup) -> Scene:
         lights=tuple(scene.lights[row] for row in group.lights),
         emission=np.where(own[:, None], scene.emission, 0.0),
     )
+
+
+def likely_bake(scene, view_layer, request: BakeRequest, points: int, factor: float = 1.0) -> Forecast:
+    """What baking so many ``points`` is likely to take, times ``factor``; by light each group is a bake of its own."""
+    likely = forecast(points, request.settings, factor)
+    if not request.by_light or request.settings.seconds is not None:
+        return likely
+    return replace(likely, seconds=likely.seconds * likely_groups(scene, view_layer))
 
 
 def likely_groups(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> int:

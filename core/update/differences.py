@@ -214,13 +214,13 @@ class LightDifferences:
         return found
 
 
-def emitted(sources, rays: Rays, origins, rows, hits: Hits, share, aimed: np.ndarray | int) -> np.ndarray:
+def emitted(sources, rays: Rays, origins, rows, hits: Hits, share, aimed: int) -> np.ndarray:
     """What the ``rows`` (K,) of rays from ``origins`` (R, 3) bring of the lights that they hit, W/m^2 (K, 3), parts of
-    the mean: that ``share`` (K, 3) arrives."""
+    the mean: that ``share`` (K, 3) arrives. They count beside ``aimed`` rays to each."""
     light = np.zeros((len(rows), 3))
     for _, mine, radiance, density in met_among(sources, origins, rays.directions, rows, hits):
         at = rows.take(mine)
-        weight = rays.cosine.take(at) / (rays.chance.take(at) + np.broadcast_to(aimed, len(rows)).take(mine) * density)
+        weight = rays.cosine.take(at) / (rays.chance.take(at) + aimed * density)
         light[mine] += radiance * share.take(mine, axis=0) * weight[:, None]
     return light
 
@@ -263,7 +263,7 @@ class Differences:
         direct.add(row, light, AIMED)
         rays = sight.rays(generator)
         rays = rays.taken(ahead(places, rays.row, rays.directions))
-        differing, same = self._parted(np.arange(len(rays.row)), np.ones((len(rays.row), 3)), rays, places, AIMED)
+        differing, same = self._parted(np.arange(len(rays.row)), np.ones((len(rays.row), 3)), rays, places)
         seen, chance, ways = self._by_views(sight, places, views, usual, generator)
         # Both kinds of rays go on together, those by chance behind the others.
         views_row = np.repeat(np.arange(len(places)), VIEWS)
@@ -288,17 +288,15 @@ class Differences:
         indirect.add(views_row, seen / VIEWS, VIEWS)
         return direct, indirect
 
-    def _parted(self, owner: np.ndarray, weight: np.ndarray, rays: Rays, places: WantedPlaces, aimed: int):
+    def _parted(self, owner: np.ndarray, weight: np.ndarray, rays: Rays, places: WantedPlaces):
         """``rays`` that may see what changed, and the ways of the others, on which both scenes are alike; the rays
         belong to ``owner`` (R,), to whom a ``weight`` (R, 3) of what they see comes back."""
         origins = places.origins.take(rays.row, axis=0)
         differ = self._lights.meets(origins, rays.directions, np.full(len(origins), np.inf))
         rows, others = np.flatnonzero(differ), np.flatnonzero(~differ)
         some = rays.taken(rows)
-        differing = Differing(
-            owner.take(rows), weight.take(rows, axis=0), some, origins.take(rows, axis=0),
-            places.group.take(some.row), np.full(len(rows), aimed),
-        )  # fmt: skip
+        known = owner.take(rows), weight.take(rows, axis=0), some
+        differing = Differing(*known, origins.take(rows, axis=0), places.group.take(some.row))
         ways = self._reflected[0].landed(origins.take(others, axis=0), rays.directions.take(others, axis=0))
         return differing, ways.owned(others.take(ways.owner))
 
@@ -322,7 +320,7 @@ class Differences:
         light, sent = np.zeros((2, len(origins), 3))
         for surfaces, sources in side.shadows.ways(side.surroundings):
             for rows, hits, share in surfaces.met(origins, rays.directions):
-                light[rows] += emitted(sources, rays, origins, rows, hits, share, differing.aimed.take(rows))
+                light[rows] += emitted(sources, rays, origins, rows, hits, share, AIMED)
                 if surfaces is side.shadows.between.surfaces:
                     ways = origins, rays.directions, rows, hits
                     found = reflected.sent(*ways, differing.group, self._lamps, generator)
@@ -382,11 +380,11 @@ class Differences:
         normals = ways.landings.normals
         places = WantedPlaces(ways.landings.stands, normals, normals, group)
         sight = Sight.of(self._balls, places.origins, normals)
-        row, light = self._lights.aimed(sight, places, self._lamps, 1, generator)
+        row, light = self._lights.aimed(sight, places, self._lamps, AIMED, generator)
         owner, light = ways.owner.take(row), ways.weight.take(row, axis=0) * light
         rays = sight.rays(generator)
         weight = ways.weight.take(rays.row, axis=0)
-        differing, same = self._parted(ways.owner.take(rays.row), weight, rays, places, 1)
+        differing, same = self._parted(ways.owner.take(rays.row), weight, rays, places)
         onward = [same.weighted(rays.scale.take(same.owner)).owned(rays.row.take(same.owner))]
         directions = cosine_hemisphere(normals, generator.random((len(places), 2)))
         outside = np.flatnonzero(sight.ball(np.arange(len(places)), directions) < 0)
@@ -404,7 +402,6 @@ class Differing(Rows):
     rays     where they go
     origins  (R, 3) metres
     group    (R,) of what is known of the lamps
-    aimed    (R,) beside how many rays to each light they count
     """
 
     owner: np.ndarray
@@ -412,7 +409,6 @@ class Differing(Rows):
     rays: Rays
     origins: np.ndarray
     group: np.ndarray
-    aimed: np.ndarray
 
 
 def add_rows(total: np.ndarray, rows: np.ndarray, more: np.ndarray) -> None:

@@ -7,11 +7,10 @@ from functools import partial
 from pathlib import Path
 
 from ...core.errors import DetpError
+from ...core.settings import GATHERERS
 from ...core.study.run import StudyTables
 from ..files.write_files import replace_file
 from .report import PLOTS
-
-_NAMES = {"disc-index": "Disc Indexing", "sphere-cache": "Sphere Cache"}
 
 
 class NoPlotsError(DetpError):
@@ -54,7 +53,7 @@ def _radius(figure, tables: dict) -> None:
         axes.set_title(scene)
         for search, line in _groups(here, "search"):
             axes.loglog([row["d/spacing"] for row in line], [1e6 * row["processor"] / row["n_R"] for row in line],
-                        "o-", label=_NAMES[search])  # fmt: skip
+                        "o-", label=GATHERERS[search])  # fmt: skip
         axes.legend()
 
 

@@ -77,7 +77,9 @@ class ChangedRecords:
         margin = np.maximum(records.radii, np.tile(records.sides, 2))
         gone = balls.reach(records.held.places, margin).reshape(2, -1).any(axis=0)
         around = yield from self._seen_around(kept, settings.seed)
-        landings = [around.taken(np.flatnonzero(balls.reach(around.places, self._margin(around))))]
+        # As far as the sides of the cells that rays look into which landed so.
+        reached = balls.reach(around.places, records.finder.sides_of(around.lengths))
+        landings = [around.taken(np.flatnonzero(reached))]
         if anew is not None:
             seen = scouted(self._scene, self._caster, anew.origins, facing, settings.seed, least=0)
             cell = records.finder.find(seen, seen.lengths)
@@ -88,10 +90,6 @@ class ChangedRecords:
         if len(fresh):
             kinds = sorted({search.kind for search in self._first.searches})
             yield from self._fresh.place(kinds)
-
-    def _margin(self, landings: Landings) -> np.ndarray:
-        """Sides (K,) of the cells that rays which landed so look into, metres."""
-        return self._first.records.finder.sides_of(landings.lengths)
 
     def _seen_around(self, kept: WantedPlaces, seed: int) -> Generator[object, None, Landings]:
         """Where rays from ``kept`` places land that go towards what changed."""

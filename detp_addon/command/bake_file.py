@@ -7,10 +7,7 @@ import traceback
 from collections.abc import Generator
 from contextlib import closing
 from dataclasses import replace
-from pathlib import Path
 from typing import Protocol
-
-import bpy
 
 from ...core.errors import DetpError, InvalidSettingError
 from ...core.memory import keep_memory, memory_errors_named
@@ -238,9 +235,10 @@ def finished_bake(steps: Generator, title: str, display: Display) -> BakeReport:
 def _draw(job: SceneJob, request: BakeRequest, views: list[View], entries: list[dict], display: Display) -> None:
     """Draw the previews that are wanted of the views just baked, and say how bright."""
     for (scene, layer), path in zip(views, previews_of(job, entries), strict=False):
+        stops = []
         with blender_silenced():
-            exposure = _drawn(path, scene, layer, request.attribute)
-        display.line(f"Drew {path}, exposed by {round(exposure, 1) + 0.0:+.1f} stops")
+            replace_file(path, lambda made: stops.append(render_preview(scene, layer, request.attribute, made)))  # noqa: B023 - called at once
+        display.line(f"Drew {path}, exposed by {round(stops[0], 1) + 0.0:+.1f} stops")
 
 
 def _draw_again(job: SceneJob, request: BakeRequest, entries: list[dict], display: Display) -> None:
@@ -251,9 +249,3 @@ def _draw_again(job: SceneJob, request: BakeRequest, entries: list[dict], displa
         open_blend(job.output)
     views = [view for each in entries for view in chosen_views(ViewChoice(each["blender_scene"], each["view_layer"]))]
     _draw(job, request, views, entries, display)
-
-
-def _drawn(path: Path, scene: bpy.types.Scene, layer: bpy.types.ViewLayer, attribute: str) -> float:
-    exposures = []
-    replace_file(path, lambda made: exposures.append(render_preview(scene, layer, attribute, made)))
-    return exposures[0]

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable
+from collections.abc import Hashable
 from dataclasses import dataclass, replace
+from itertools import count
 
 import bpy
 import numpy as np
@@ -124,16 +125,9 @@ def _by_lamp(export: ExportedScene, shines: bool) -> tuple[list[Hashable], list[
 
 def _unlike(name: str, taken: set[str]) -> str:
     """The name as far as an attribute's may be long, with a number where it is ``taken``, to which it is added."""
-    for found in _variants(name):
+    for number in count():
+        end = f".{number:03d}" if number else ""
+        found = name.encode()[: LONGEST_NAME - len(end)].decode(errors="ignore") + end
         if found not in taken:
             taken.add(found)
             return found
-
-
-def _variants(name: str) -> Iterable[str]:
-    """The name, and then the name with ever higher numbers."""
-    number = 0
-    while True:
-        end = f".{number:03d}" if number else ""
-        yield name.encode()[: LONGEST_NAME - len(end)].decode(errors="ignore") + end
-        number += 1

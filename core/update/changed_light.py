@@ -13,6 +13,7 @@ from ..gather.record_light import RecordLight
 from ..gather.records import Landings, Records, scouted
 from ..gather.reflected_light import ReflectedLight
 from ..gatherers.choose import make_gatherer
+from ..group_sums import group_sums
 from ..lights.light import Light
 from ..parallel import ordered_map, slices
 from ..photons.photon_light import PhotonSearch
@@ -170,8 +171,7 @@ class ChangedRecords:
                 sent = sight.rays(generator)
                 row = np.concatenate([row, sent.row])
                 light = np.concatenate([light, changes.by_chance(sent, some, count)])
-            sums = np.stack([np.bincount(row, part, len(rows)) for part in light.T], axis=1)
-            return np.bincount(row, light.any(axis=1), len(rows)) > 0, sums
+            return np.bincount(row, light.any(axis=1), len(rows)) > 0, group_sums(light, row, len(rows))
 
         # What the first rays tell only chooses who casts more: else a shadow that they missed would be lost.
         rows, hit = np.arange(len(more)), np.zeros(len(more), bool)

@@ -18,6 +18,7 @@ from ..direct.nearby_lamps import NearbyLamps
 from ..direct.shadows import Shadows
 from ..gather.records import RecordFinder
 from ..gather.reflected_light import MOST_FOLLOWED, ReflectedLight, Ways
+from ..group_sums import group_sums
 from ..lights.light import SHADOW_DIMENSIONS, Light, Surroundings, is_lamp, met_among
 from ..parallel import ordered_map, slices
 from ..random_streams import random_stream
@@ -79,11 +80,9 @@ class Sums:
         count = np.broadcast_to(count, len(self.value))
         # Of few rays, which may as well have been none, the squares tell all.
         less = np.where(count >= 2, 1.0 / np.maximum(count, 1), 0.0)
-        for channel, part in enumerate(found.T):
-            total = np.bincount(row, part, len(count))
-            squares = np.bincount(row, part**2, len(count))
-            self.value[:, channel] += total
-            self.squared[:, channel] += np.maximum(squares - less * total**2, 0.0) / (1.0 - less)
+        total, squares = (group_sums(part, row, len(count)) for part in (found, found**2))
+        self.value += total
+        self.squared += np.maximum(squares - less[:, None] * total**2, 0.0) / (1.0 - less)[:, None]
 
 
 @dataclass(frozen=True)
@@ -278,7 +277,7 @@ class Differences:
         later = np.concatenate([np.empty(0, np.int64), *(each.owner for each in others)])
         weight = np.concatenate([np.empty((0, 3)), *(each.weight for each in others)])
         scale = np.concatenate([np.empty(0), *(each.rays.scale for each in others)])
-        add_rows(more, later, weight * (light[first:] + sent[first:] * scale[:, None]))
+        more += group_sums(weight * (light[first:] + sent[first:] * scale[:, None]), later, len(more))
         sent_by_first *= rays.scale[:, None]
         for ball, count in enumerate(sight.count):
             mine = np.flatnonzero(rays.ball == ball)
@@ -340,11 +339,9 @@ class Differences:
         known = self._known.take(views.cell)
         unknown = np.zeros(len(row), bool)
         unknown[views.ray[~known]] = True
-        found = np.zeros((len(row), 3))
         used = np.flatnonzero((outside & ~unknown).take(views.ray))
         more = self._delta.take(views.cell.take(used), axis=0) * views.share.take(used, axis=0)
-        for channel in range(3):
-            found[:, channel] = np.bincount(views.ray.take(used), more[:, channel], len(row))
+        found = group_sums(more, views.ray.take(used), len(row))
         usual = np.abs(found).sum(axis=1).reshape(-1, VIEWS).mean(axis=1) / np.maximum(noise, 1e-300)
         chance = np.clip(np.minimum(usual, 1.0) ** 2, LEAST_FOLLOWED, 1.0).take(row)
         again = np.flatnonzero(outside & unknown & (generator.random(len(row)) < chance))
@@ -370,9 +367,7 @@ class Differences:
             differing.append(some)
             owners.append(owner)
             found.append(light)
-        more = np.zeros((len(group), 3))
-        add_rows(more, np.concatenate(owners), np.concatenate(found))
-        return more, differing
+        return group_sums(np.concatenate(found), np.concatenate(owners), len(group)), differing
 
     def _around(self, ways: Ways, group: np.ndarray, generator) -> tuple[Ways, Differing, np.ndarray, np.ndarray]:
         """Where rays from the ends of ``ways`` go on to, and those that may see what changed; and to which owners (K,)
@@ -409,9 +404,3 @@ class Differing(Rows):
     rays: Rays
     origins: np.ndarray
     group: np.ndarray
-
-
-def add_rows(total: np.ndarray, rows: np.ndarray, more: np.ndarray) -> None:
-    """Add ``more`` (K, 3) to those ``rows`` (K,) of ``total`` (N, 3), which may come several times."""
-    for channel in range(3):
-        total[:, channel] += np.bincount(rows, more[:, channel], len(total))

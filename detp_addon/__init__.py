@@ -22,17 +22,16 @@ def register() -> None:
     bpy.types.VIEW3D_PT_shading.append(show_light.draw_in_shading)
     bpy.types.TOPBAR_MT_render.append(panel.draw_in_render_menu)
     handlers.register_handlers()
-    _command = command.register_command()
+    _command = bpy.utils.register_cli_command("detp", command.inside_blender)
 
 
 def unregister() -> None:
     """Take everything away that :func:`register` added; a running bake is cancelled."""
     import bpy
 
-    from .command import command
     from .panel import handlers, live_updates, panel, show_light
 
-    command.unregister_command(_command)
+    bpy.utils.unregister_cli_command(_command)
     handlers.unregister_handlers()
     bpy.types.TOPBAR_MT_render.remove(panel.draw_in_render_menu)
     bpy.types.VIEW3D_PT_shading.remove(show_light.draw_in_shading)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..discs import TangentDiscs
 from .balanced_tree import BRANCHES, BalancedTree, Halves
-from .counts import Counts
+from .gatherer import Counts
 from .local_frame import MARGIN, Pieces
 from .patch_search import PatchSearch
 from .patches import Stretches

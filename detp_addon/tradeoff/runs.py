@@ -22,9 +22,6 @@ from .scene import ComparedScene
 #: the attribute that our bakes write
 OURS = "detp tradeoff"
 
-#: who bakes: we; Cycles, as pressing its button does; Cycles just inside the corners, all objects as one
-WHO = ("detp", "cycles", "cycles inside")
-
 #: reflections that Blender allows unless told otherwise
 DEFAULT_BOUNCES = 4
 
@@ -44,8 +41,9 @@ class Plan:
 
 @dataclass(frozen=True)
 class Measured:
-    """Equal runs: who (one of WHO), what, ``seconds`` and RGB sums ``light`` (M,) of each run.
+    """Equal runs: what, ``seconds`` and RGB sums ``light`` (M,) of each run.
 
+    who      "detp", "cycles", as pressing its button does, or "cycles inside" the corners, all objects as one
     group    candidates of one group make a line in the plots; ``preset`` whether it is one that the panel offers
     samples  of Cycles, 0 of ours; ``complete`` whether Cycles baked all objects
     facts    about the last run

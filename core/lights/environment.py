@@ -11,11 +11,11 @@ from ..bounds import Bounds
 from ..checks import fill, float_rows
 from ..errors import InvalidArrayError
 from ..sampling import choose, face_points
-from .light import Particles, ShadowRays
+from .light import Particles, ShadowRays, Sky
 
 
 @dataclass(frozen=True, eq=False)
-class EnvironmentWorld:
+class EnvironmentWorld(Sky):
     """A sky whose radiance is constant over each pixel of an equirectangular picture in Blender's convention.
 
     radiance  (H, W, 3) in W/(m^2 sr), RGB. Row 0 is the bottom, as in Blender's ``Image.pixels``. Pixel (row, column)
@@ -34,9 +34,7 @@ class EnvironmentWorld:
     """
 
     radiance: np.ndarray
-    sharp: ClassVar[bool] = False
     aimed: ClassVar[bool] = True
-    distant: ClassVar[bool] = True
     _row_factors: np.ndarray = field(init=False, repr=False)
     _column_factors: np.ndarray = field(init=False, repr=False)
     _shares: np.ndarray = field(init=False, repr=False)
@@ -72,10 +70,6 @@ class EnvironmentWorld:
         travel, _ = self._within(row, column, np.clip(across, 0.0, 1.0), up)
         radiance, density = self._seen(row, column)
         return ShadowRays(-travel, np.full(len(row), np.inf), radiance, np.where(density > 0.0, density, 1.0))
-
-    def among(self, triangle: np.ndarray) -> np.ndarray:
-        """Whether rays that met ``triangle`` (K,) left the scene: where it is -1."""
-        return triangle < 0
 
     def met(self, points: np.ndarray, directions: np.ndarray, triangle: np.ndarray, places: np.ndarray):
         """Radiance (K, 3) of the pixels that rays out of the scene look at, and the density (K,) of aiming there."""

@@ -9,6 +9,7 @@ from pathlib import Path
 from ...core.errors import DetpError
 from ...core.settings import GATHERERS
 from ...core.study.run import StudyTables
+from ..command.terminal import complain
 from ..files.write_files import replace_file
 from .report import PLOTS
 
@@ -40,6 +41,17 @@ def figure_class():
     from matplotlib.figure import Figure
 
     return Figure
+
+
+def drawn(draw: Callable[[], None], quiet: bool = False) -> bool:
+    """Draw plots; without matplotlib say so, unless ``quiet``, and return False."""
+    try:
+        draw()
+    except NoPlotsError as error:
+        if not quiet:
+            complain(f"detp: {error}")
+        return False
+    return True
 
 
 def save(figure, folder: Path, name: str) -> None:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import argparse
+from functools import partial
 from pathlib import Path
 
-from ..command.terminal import complain, escaped, say
+from ..command.terminal import escaped, say
 from ..files.open_files import check_readable
 from ..files.write_files import made_folder
 from ..steps import printed
@@ -68,9 +69,11 @@ def _tradeoff(arguments: argparse.Namespace) -> int:
 
     with blender_silenced():
         from ..files.open_files import open_blend
+        from ..study.plots import drawn
         from . import report
         from .candidates import candidates
         from .figures import findings
+        from .plots import draw
         from .reference import converged_reference, reference_key
         from .runs import Plan, Runs, one_round
         from .scene import compared_scene
@@ -95,7 +98,8 @@ def _tradeoff(arguments: argparse.Namespace) -> int:
             "scene": str(scene), "command": f"detp tradeoff {scene.name}{_options(arguments)}", "machine": machine,
             "warnings": warnings + _refused(measured.done),
         }  # fmt: skip
-        report.write(found, facts, folder, _drawn(found, escaped(scene.stem), folder, quiet=run + 1 < plan.runs))
+        drawing = partial(draw, found, f"{escaped(scene.stem)}: error against time", folder)
+        report.write(found, facts, folder, drawn(drawing, quiet=run + 1 < plan.runs))
     say(f"Saved {folder / 'tradeoff.md'}, tradeoff.json and tradeoff.csv")
     return 0
 
@@ -104,20 +108,6 @@ def _refused(measured) -> list[str]:
     """What Cycles would not bake, and why, once each."""
     reasons = {name: why for run in measured for name, why in run.facts.get("refused", {}).items()}
     return [f"Cycles would not bake '{name}': {why}" for name, why in reasons.items()]
-
-
-def _drawn(found, title: str, folder: Path, quiet: bool) -> bool:
-    """Draw the plots; without matplotlib say so, unless ``quiet``, and return False."""
-    from ..study.plots import NoPlotsError
-    from .plots import draw
-
-    try:
-        draw(found, f"{title}: error against time", folder)
-    except NoPlotsError as error:
-        if not quiet:
-            complain(f"detp: {error}")
-        return False
-    return True
 
 
 def _options(arguments: argparse.Namespace) -> str:

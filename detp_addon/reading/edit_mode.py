@@ -25,5 +25,5 @@ def opened_from_edit_mode() -> list[str]:
     names = leave_edit_mode(bpy.data.objects)
     if not names:
         return []
-    which = f"{counted(len(names), 'object')} ({some(names, '')})"
-    return [f"The file was saved in Edit Mode of {which}, which was left for the bake."]
+    many, shown = counted(len(names), "object"), some(names, "")
+    return [f"The file was saved in Edit Mode of {many} ({shown}), which was left for the bake."]

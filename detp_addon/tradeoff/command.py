@@ -75,7 +75,7 @@ def _tradeoff(arguments: argparse.Namespace) -> int:
         from .figures import findings
         from .plots import draw
         from .reference import converged_reference, reference_key
-        from .runs import Plan, Runs, one_round
+        from .runs import Plan, one_round, planned
         from .scene import compared_scene
 
         warnings = open_blend(scene)
@@ -89,14 +89,15 @@ def _tradeoff(arguments: argparse.Namespace) -> int:
     reference = printed(converged_reference(compared, kept, key, samples, noise))
     ours = candidates(compared.radius, arguments.quick, arguments.bakes)
     plan = Plan(ours, cycles, arguments.runs or runs, arguments.cycles_seconds)
-    measured = Runs.of(plan)
+    kinds = planned(plan)
     for run in range(plan.runs):
-        printed(one_round(measured, compared, plan, run))
+        printed(one_round(kinds, compared, plan, run))
+        measured = [kind for kind in kinds if kind.seconds]
         # What has been measured so far is kept, should the rest take longer than anybody waits.
-        found = findings(compared, reference, measured.done)
+        found = findings(compared, reference, measured)
         facts = {
             "scene": str(scene), "command": f"detp tradeoff {scene.name}{_options(arguments)}", "machine": machine,
-            "warnings": warnings + _refused(measured.done),
+            "warnings": warnings + _refused(measured),
         }  # fmt: skip
         drawing = partial(draw, found, f"{escaped(scene.stem)}: error against time", folder)
         report.write(found, facts, folder, drawn(drawing, quiet=run + 1 < plan.runs))

@@ -94,14 +94,13 @@ class ChangedRecords:
     def _seen_around(self, kept: WantedPlaces, seed: int) -> Generator[object, None, Landings]:
         """Where rays from ``kept`` places land that go towards what changed."""
         some = kept.taken(slice(None, None, -(-len(kept) * max(len(self._changes.balls), 1) // SCOUTS) or 1))
-        reflected = ReflectedLight(self._scene, self._caster, self._lights, self._first.records.finder, 1)
 
         def seen(rows: slice) -> Landings:
             places = some.taken(rows)
             rays = Sight.of(self._changes.balls, places.origins, places.normals).rays(
                 random_stream(seed, "changes", 3, rows.start)
             )
-            return reflected.landed(places.origins.take(rays.row, axis=0), rays.directions).landings
+            return self._changes.after.landed(places.origins.take(rays.row, axis=0), rays.directions).landings
 
         found = yield from collected(ordered_map(seen, slices(len(some), POINTS_PER_CHUNK)))
         return Landings.joined(found) if found else Landings(*np.zeros((3, 0, 3)), np.zeros(0))

@@ -15,17 +15,15 @@ import numpy as np
 
 from ..direct.low_discrepancy import nets
 from ..direct.nearby_lamps import NearbyLamps
-from ..direct.shadows import Shadows
 from ..gather.records import RecordFinder
 from ..gather.reflected_light import MOST_FOLLOWED, ReflectedLight, Ways
 from ..group_sums import group_sums
-from ..lights.light import SHADOW_DIMENSIONS, Light, Surroundings, is_lamp, met_among
+from ..lights.light import SHADOW_DIMENSIONS, met_among
 from ..parallel import ordered_map, slices
 from ..random_streams import random_stream
 from ..rays import Hits, RayCaster
 from ..rows import Rows
 from ..sampling import cosine_hemisphere
-from ..scene import Scene
 from ..stages import collected
 from .changed_places import Balls, Rays, Sight
 
@@ -38,19 +36,6 @@ NOISE, LEAST_FOLLOWED = 0.3, 1 / 32
 
 #: Points whose rays are cast at a time.
 POINTS_PER_CHUNK = 1 << 14
-
-
-@dataclass(frozen=True)
-class Surfaces:
-    """A scene as rays see it: what lets light pass, and the lights that surround all."""
-
-    shadows: Shadows
-    surroundings: list[Surroundings]
-
-    @classmethod
-    def of(cls, scene: Scene, caster: RayCaster, lights: Sequence[Light]) -> Surfaces:
-        """Of ``scene`` with its ``lights``."""
-        return cls(Shadows(scene, caster), [light for light in lights if not is_lamp(light)])
 
 
 @dataclass(frozen=True)
@@ -143,7 +128,7 @@ class LightDifferences:
     balls  hold all that changed, and ``parts`` cast rays at what is gone and at what is new, alone
     """
 
-    def __init__(self, before: Surfaces, after: Surfaces, balls: Balls, parts: Sequence[RayCaster]):
+    def __init__(self, before: ReflectedLight, after: ReflectedLight, balls: Balls, parts: Sequence[RayCaster]):
         self.before, self.after, self.balls, self._parts = before, after, balls, parts
 
     def aimed(
@@ -247,7 +232,6 @@ class Differences:
         lamps: NearbyLamps,
     ):
         self._lights, self._balls, self._lamps = lights, lights.balls, lamps
-        self._scenes = (lights.after, lights.before)
         self._reflected, self._records, self._delta, self._known = reflected, records, delta, known
 
     def at(
@@ -305,22 +289,22 @@ class Differences:
         rays = Differing.joined(differing)
         light, sent = np.zeros((2, len(rays.owner), 3))
         state = generator.bit_generator.state
-        for side, reflected, sign in zip(self._scenes, self._reflected, (1.0, -1.0), strict=True):
+        for reflected, sign in zip(self._reflected, (1.0, -1.0), strict=True):
             # Where both scenes are the same, both rays go the same ways on.
             generator.bit_generator.state = state
-            lights, others = self._seen(side, reflected, rays, generator)
+            lights, others = self._seen(reflected, rays, generator)
             light += sign * lights
             sent += sign * others
         return len(differing[0].owner), light, sent
 
-    def _seen(self, side: Surfaces, reflected, differing: Differing, generator) -> tuple[np.ndarray, np.ndarray]:
+    def _seen(self, reflected: ReflectedLight, differing: Differing, generator) -> tuple[np.ndarray, np.ndarray]:
         """The light (R, 3) W/m^2, parts of the mean, and the radiosity (R, 3), that rays see in one scene."""
-        origins, rays = differing.origins, differing.rays
+        origins, rays, shadows = differing.origins, differing.rays, reflected.shadows
         light, sent = np.zeros((2, len(origins), 3))
-        for surfaces, sources in side.shadows.ways(side.surroundings):
+        for surfaces, sources in shadows.ways(reflected.surroundings):
             for rows, hits, share in surfaces.met(origins, rays.directions):
                 light[rows] += emitted(sources, rays, origins, rows, hits, share, AIMED)
-                if surfaces is side.shadows.between.surfaces:
+                if surfaces is shadows.between.surfaces:
                     ways = origins, rays.directions, rows, hits
                     found = reflected.sent(*ways, differing.group, self._lamps, generator)
                     sent[rows] += share * found[:, :3]

@@ -18,6 +18,7 @@ from ..errors import InvalidSettingError, NotUpdatableError
 from ..estimator.enclosure import hidden_points
 from ..estimator.standpoints import Standpoints, standpoints
 from ..fit.vertex_fit import ShownErrors, VertexFit
+from ..gather.reflected_light import ReflectedLight
 from ..irradiance import Irradiance
 from ..parallel import ordered_map, slices
 from ..photons.emission import lights_of
@@ -32,7 +33,7 @@ from ..settings import BakeSettings
 from ..stages import Stopwatch, collected
 from .changed_light import ChangedRecords
 from .changed_places import Balls, Sight
-from .differences import NOISE, POINTS_PER_CHUNK, Differences, LightDifferences, Surfaces
+from .differences import NOISE, POINTS_PER_CHUNK, Differences, LightDifferences
 from .first_bake import FirstBake
 from .matching import light_scale, same_lights, same_points, same_triangles
 
@@ -159,8 +160,8 @@ class _Update:
         self._caster = RayCaster(scene.corners, first.points.centres)
         balls = Balls.around(first.scene.corners[gone], scene.corners[come])
         parts = [c.part(rows) for c, rows in ((first.caster, gone), (self._caster, come)) if len(rows)]
-        before = Surfaces.of(first.scene, first.caster, first.shining)
-        self._changes = LightDifferences(before, Surfaces.of(scene, self._caster, self._lights), balls, parts)
+        after = ReflectedLight(scene, self._caster, self._lights, first.records.finder, 1)
+        self._changes = LightDifferences(first.reflected, after, balls, parts)
         self._same = same_points(first.points, self._points)
 
     def steps(self) -> Stage:

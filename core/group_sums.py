@@ -14,7 +14,8 @@ def group_sums(values: np.ndarray, groups: np.ndarray, count: int, weights: np.n
 
 def column_sums(columns: Iterable[np.ndarray], groups: np.ndarray, count: int) -> np.ndarray:
     """Sums (count, C) of C ``columns`` (K,) by the ``groups`` (K,)."""
-    return np.stack([np.bincount(groups, column, count) for column in columns], axis=1)
+    # Of no rows at all NumPy counts in whole numbers.
+    return np.stack([np.bincount(groups, column, count) for column in columns], axis=1, dtype=float)
 
 
 def group_means(

@@ -20,6 +20,7 @@ _QUICK = (256, 0.03, 1, "1,4", 1000)
 CYCLES_SECONDS = 60
 
 
+# fmt: off
 def add_tradeoff(commands) -> None:
     """Add the subcommand to argparse's ``commands``."""
     tradeoff = commands.add_parser(
@@ -27,33 +28,24 @@ def add_tradeoff(commands) -> None:
         description="Bake a scene with both gatherers, several radii and numbers of photons, the qualities, targets, "
         "and with Cycles, compare all with a converged reference, and write tradeoff.md, tradeoff.json, tradeoff.csv "
         "and plots (SVG, PNG). The scene itself is not changed.",
-    )  # fmt: skip
+    )
     tradeoff.set_defaults(run=_tradeoff)
-    tradeoff.add_argument("scene", metavar="SCENE.blend")
-    tradeoff.add_argument("-o", dest="output", required=True, metavar="FOLDER", help="where all goes; made if need be")
-    tradeoff.add_argument("--quick", action="store_true", help="fewer bakes, one run of each, a rougher reference")
-    tradeoff.add_argument(
-        "--reference", metavar="FILE.npz",
-        help="keep the reference there, and take it from there next time (default: FOLDER/reference_<scene's key>.npz)",
-    )  # fmt: skip
-    tradeoff.add_argument("--reference-samples", type=_count, metavar="N", help="at most, in each of its halves")
-    tradeoff.add_argument("--samples", type=_counts, metavar="N,N,...", help="of Cycles' bakes")
-    tradeoff.add_argument("--points", type=_count, metavar="N", help="face corners to compare at, about")
-    tradeoff.add_argument("--runs", type=_count, metavar="N", help="of each bake, whose medians are told")
-    tradeoff.add_argument(
-        "--bakes",
-        type=_names,
-        default=GROUPS,
-        metavar="NAME,...",
-        help=f"of {', '.join(NAMES).replace('%', '%%')} (default: all)",
-    )
-    tradeoff.add_argument(
-        "--cycles-seconds", type=_count, default=CYCLES_SECONDS, metavar="S",
-        help="end a bake of Cycles after that, and tell its time from the objects it reached (default: %(default)s)",
-    )  # fmt: skip
-    tradeoff.add_argument(
-        "--no-cycles", action="store_true", help="without Cycles' bakes; the reference is still its own"
-    )
+    add = tradeoff.add_argument
+    add("scene", metavar="SCENE.blend")
+    add("-o", dest="output", required=True, metavar="FOLDER", help="where all goes; made if need be")
+    add("--quick", action="store_true", help="fewer bakes, one run of each, a rougher reference")
+    add("--reference", metavar="FILE.npz", help="keep the reference there, and take it from there next time (default: "
+        "FOLDER/reference_<scene's key>.npz)")
+    add("--reference-samples", type=_count, metavar="N", help="at most, in each of its halves")
+    add("--samples", type=_counts, metavar="N,N,...", help="of Cycles' bakes")
+    add("--points", type=_count, metavar="N", help="face corners to compare at, about")
+    add("--runs", type=_count, metavar="N", help="of each bake, whose medians are told")
+    names = ", ".join(NAMES).replace("%", "%%")
+    add("--bakes", type=_names, default=GROUPS, metavar="NAME,...", help=f"of {names} (default: all)")
+    add("--cycles-seconds", type=_count, default=CYCLES_SECONDS, metavar="S", help="end a bake of Cycles after that, "
+        "and tell its time from the objects it reached (default: %(default)s)")
+    add("--no-cycles", action="store_true", help="without Cycles' bakes; the reference is still its own")
+# fmt: on
 
 
 def _tradeoff(arguments: argparse.Namespace) -> int:

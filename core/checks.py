@@ -58,8 +58,8 @@ def unit_vector(values, name: str) -> np.ndarray:
     return unit_rows(vector(values, name)[None, :], name)[0]
 
 
-def number_within(value, name: str, low: float, high: float = np.inf) -> float:
-    """Return ``value`` as a finite float in [low, high]; raises InvalidSettingError on anything else.
+def number_within(value, name: str, high: float = np.inf) -> float:
+    """Return ``value`` as a finite float in [0, high]; raises InvalidSettingError on anything else.
 
     A value above ``high`` by no more than single precision's rounding counts as ``high``: the float32 nearest to
     pi is larger than pi.
@@ -70,10 +70,16 @@ def number_within(value, name: str, low: float, high: float = np.inf) -> float:
         raise InvalidSettingError(f"{name} must be a number, not {value!r}.") from error
     if high < number <= high * (1.0 + np.finfo(np.float32).eps):
         return high
-    if not (np.isfinite(number) and low <= number <= high):
-        allowed = f"of at least {low:g}" if np.isinf(high) else f"from {low:g} to {high:g}"
+    if not (np.isfinite(number) and 0.0 <= number <= high):
+        allowed = "of at least 0" if np.isinf(high) else f"from 0 to {high:g}"
         raise InvalidSettingError(f"{name} must be a finite number {allowed}, not {number:g}.")
     return number
+
+
+def fill(made, **values) -> None:
+    """Put ``values`` into the fields of a frozen dataclass that is being made."""
+    for name, value in values.items():
+        object.__setattr__(made, name, value)
 
 
 def _as_array(values, name, dtype, columns, rows) -> np.ndarray:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .checks import float_rows, unit_rows
+from .checks import fill, float_rows, unit_rows
 from .errors import InvalidArrayError, InvalidSettingError
 from .rows import Rows
 
@@ -32,8 +32,7 @@ class TangentDiscs(Rows):
         radii = float_rows(self.radii, "disc radii", None, len(centres))
         if (radii <= 0).any():
             raise InvalidArrayError("disc radii must be greater than zero.")
-        for name, value in (("centres", centres), ("normals", normals), ("radii", radii)):
-            object.__setattr__(self, name, value)
+        fill(self, centres=centres, normals=normals, radii=radii)
 
     @classmethod
     def of_radius(cls, centres: np.ndarray, normals: np.ndarray, radius: float) -> TangentDiscs:

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 
 def group_sums(values: np.ndarray, groups: np.ndarray, count: int, weights: np.ndarray | None = None) -> np.ndarray:
     """Sums (count, C) of the ``values`` (K, C) of each of the ``groups`` (K,), times ``weights`` (K,) if given."""
-    columns = values.T if weights is None else values.T * weights
-    return np.stack([np.bincount(groups, column, count) for column in columns], axis=1)
+    return column_sums(values.T if weights is None else values.T * weights, groups, count)
+
+
+def column_sums(columns: Iterable[np.ndarray], groups: np.ndarray, count: int) -> np.ndarray:
+    """Sums (count, C) of C ``columns`` (K,) by the ``groups`` (K,)."""
+    # Of no rows at all NumPy counts in whole numbers.
+    return np.stack([np.bincount(groups, column, count) for column in columns], axis=1, dtype=float)
 
 
 def group_means(

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .checks import float_rows, unit_rows
+from .checks import fill, float_rows, unit_rows
 from .errors import NoMeshError
 
 #: Components of normals that differ by less are the same.
@@ -40,8 +40,7 @@ class Points:
         normals = unit_rows(self.normals, "normals of points", len(centres))
         inward = None if self.inward is None else float_rows(self.inward, "ways inward", 3, len(centres))
         facing = normals if self.facing is None else unit_rows(self.facing, "normals of faces", len(centres))
-        for name, value in (("centres", centres), ("normals", normals), ("inward", inward), ("facing", facing)):
-            object.__setattr__(self, name, value)
+        fill(self, centres=centres, normals=normals, inward=inward, facing=facing)
 
     def __len__(self) -> int:
         return len(self.centres)

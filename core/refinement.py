@@ -160,7 +160,8 @@ class Refinement:
         self._stopwatch, self._start = stopwatch, start
         self._error, self._parts, self._over = float("nan"), (0.0, 0.0), 0.0
         # Rays see new photons at records only when they are cast after them: so many rounds are due.
-        self._due = _first_gather(settings.aimed_noise) if cells else 0
+        first = LEAST_GATHER * (GATHER_ERROR / (settings.aimed_noise or GATHER_ERROR)) ** 2
+        self._due = int(np.clip(first, LEAST_GATHER, MOST_GATHER)) if cells else 0
         # The error when it was last looked at, whether more rounds have hardly brought it down, and whether it is fine.
         self._last, self._flat, self._fine = float("nan"), False, False
         # What a step of rays and of photons saved of late, over what it was to save; and how many there were before.
@@ -372,12 +373,6 @@ class Refinement:
             return Step(rounds=rounds) if rounds > 0 else None
         photons = int(step.photons * share)
         return Step(photons=photons) if photons >= LEAST_PHOTONS else None
-
-
-def _first_gather(goal: float | None) -> int:
-    """With how many rounds of rays records are first looked into, where that error is aimed at."""
-    wanted = LEAST_GATHER if goal is None else LEAST_GATHER * (GATHER_ERROR / goal) ** 2
-    return int(np.clip(wanted, LEAST_GATHER, MOST_GATHER))
 
 
 def _times(goal: float) -> float:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .bounds import Bounds
-from .checks import float_rows, index_rows
+from .checks import fill, float_rows, index_rows
 from .errors import InvalidArrayError, NoMeshError
 from .lights.light import Light
 from .photons.specular import Specular
@@ -65,8 +65,7 @@ class Scene:
         for name in {"albedo", "transmittance", "unshaded", "translucency"} & set(checked):
             if (checked[name] < 0).any():
                 raise InvalidArrayError(f"{name} must not be negative.")
-        for name, value in checked.items():
-            object.__setattr__(self, name, value)
+        fill(self, **checked)
 
     @property
     def bounds(self) -> Bounds:

@@ -22,8 +22,11 @@ REFERENCE_PHOTONS, REFERENCE_ERROR, GROWTH = 3 << 18, 0.04, 4.0
 #: A quality gives up on its error at so many times the particles it counts on, an error that was asked for later.
 QUALITY_PATIENCE, ERROR_PATIENCE = 8, 64
 
-#: names of the gatherers a user may ask for
-GATHERERS = ("auto", "disc-index", "sphere-cache", "hybrid", "brute-force")
+#: the gatherers that a user may ask for, and what they are called in sentences
+GATHERERS = {
+    "auto": "Automatic", "disc-index": "Disc Indexing", "sphere-cache": "Sphere Cache", "hybrid": "Hybrid",
+    "brute-force": "Brute Force",
+}  # fmt: skip
 
 #: visible: the part of each disc that its centre sees; plain: the whole disc, as in the study
 ESTIMATORS = ("visible", "plain")

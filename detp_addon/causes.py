@@ -9,7 +9,7 @@ import numpy as np
 
 from .reading.read_meshes import vertex_positions
 from .units import metres_per_unit
-from .wording import counted
+from .wording import counted, some
 
 #: so many times as far away as most of the scene, an object leaves too few digits to tell the rest apart
 _STRAY = 1e5
@@ -154,7 +154,4 @@ def _depth(place: np.ndarray, corners: np.ndarray) -> float | None:
 
 def _listed(found: dict[str, list[str]], thing: str) -> str:
     """``2 objects scaled to nothing (A, B), 1 object without faces (C)``."""
-    return ", ".join(
-        f"{counted(len(names), thing)} {reason} ({', '.join(names[:3])}{', ...' if len(names) > 3 else ''})"
-        for reason, names in found.items()
-    )
+    return ", ".join(f"{counted(len(names), thing)} {reason} ({some(names, '')})" for reason, names in found.items())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -10,6 +9,7 @@ from dataclasses import dataclass
 import bpy
 
 from ..core.errors import InvalidSettingError, SceneNotFoundError
+from .wording import alike, some
 
 View = tuple[bpy.types.Scene, bpy.types.ViewLayer]
 
@@ -52,9 +52,7 @@ def _layer(scene: bpy.types.Scene, name: str | None) -> bpy.types.ViewLayer:
 def _named(kind: str, name: str, found, where: str):
     if name in found:
         return found[name]
-    close = difflib.get_close_matches(name, list(found.keys())) or list(found.keys())[:3]
-    there = " or ".join(f"'{other}'" for other in close)
-    raise SceneNotFoundError(f"No {kind} is named '{name}' in {where}: did you mean {there}?")
+    raise SceneNotFoundError(f"No {kind} is named '{name}' in {where}: did you mean {alike(name, found.keys())}?")
 
 
 def not_baked(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, scenes_too: Iterable = ()) -> list[str]:
@@ -64,7 +62,9 @@ def not_baked(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, scenes_to
         for other in bpy.data.scenes
         if other != scene and other not in set(scenes_too) and other.library is None and _has_meshes(other.objects)
     ]
-    layers = [layer.name for layer in scene.view_layers if layer != view_layer and layer.use and _shows(layer)]
+    layers = [
+        layer.name for layer in scene.view_layers if layer != view_layer and layer.use and _has_meshes(layer.objects)
+    ]
     others = [_listed(kind, names) for kind, names in (("scene", scenes), ("view layer", layers)) if names]
     if not others:
         return []
@@ -80,13 +80,8 @@ def shared_objects(scenes: list[bpy.types.Scene]) -> list[str]:
 
 
 def _listed(kind: str, names: list[str]) -> str:
-    shown = ", ".join(f"'{name}'" for name in names[:3]) + (", ..." if len(names) > 3 else "")
-    return f"the {kind}{'s' * (len(names) > 1)} {shown}"
+    return f"the {kind}{'s' * (len(names) > 1)} {some(names)}"
 
 
 def _has_meshes(objects) -> bool:
     return any(obj.type == "MESH" and not obj.hide_render for obj in objects)
-
-
-def _shows(layer: bpy.types.ViewLayer) -> bool:
-    return _has_meshes(layer.objects)

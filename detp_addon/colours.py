@@ -15,7 +15,7 @@ from .mixing.light_groups import LightGroup
 from .reading.read_scene import BakeTarget
 from .request import BakeRequest
 from .values import LightValues, known_rows
-from .wording import counted
+from .wording import SHOWN_NAMES, counted
 from .writing.baked_layers import group_mark, look_of
 from .writing.element_values import quantity_values, spread
 from .writing.encoding import fitted_scale, usual_scale
@@ -36,7 +36,11 @@ def writable_targets(
             refusals.setdefault(type(refusal), []).append(str(refusal))
         else:
             writable.append(target)
-    sentences = [sentence for group in refusals.values() for sentence in _first(group)]
+    sentences = []
+    for alike in refusals.values():
+        more = len(alike) - SHOWN_NAMES
+        sentences += alike[:SHOWN_NAMES]
+        sentences += [f"The same holds for {counted(more, 'more object')}."] if more > 0 else []
     if refusals and not writable:
         raise next(iter(refusals))(" ".join(sentences))
     return writable, sentences
@@ -57,12 +61,6 @@ def usual_scales(
     objects = objects_by_name()
     written = [objects[each.object_name, each.library] for each in targets]
     return tuple(usual_scale(scene, name, written) for name in (request.attribute, look_of(request.attribute)))
-
-
-def _first(sentences: list[str], shown: int = 3) -> list[str]:
-    """The first sentences, and how many more there are like them."""
-    more = len(sentences) - shown
-    return sentences if more <= 0 else [*sentences[:shown], f"The same holds for {counted(more, 'more object')}."]
 
 
 def colours_of(

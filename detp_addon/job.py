@@ -47,43 +47,32 @@ def bake_scene(
     its error is raised. Raises DetpError.
     """
     with memory_errors_named():
-        return (yield from _steps(scene, view_layer, request, live, spent, scenes_too, kept))
+        start = time.perf_counter() - spent
+        names, updates = (scene.name, view_layer.name), bool(kept)
+        others = not_baked(scene, view_layer, scenes_too)
+        found = yield from found_light(scene, view_layer, request, live, start, kept=kept)
 
-
-def _steps(
-    scene: bpy.types.Scene,
-    view_layer: bpy.types.ViewLayer,
-    request: BakeRequest,
-    live: LiveColours | None,
-    spent: float,
-    scenes_too: Sequence[bpy.types.Scene],
-    kept: KeptBake | None,
-) -> Generator[JobProgress, bool | None, BakeReport]:
-    """The steps of :func:`bake_scene`."""
-    start = time.perf_counter() - spent
-    names, updates = (scene.name, view_layer.name), bool(kept)
-    others = not_baked(scene, view_layer, scenes_too)
-    found = yield from found_light(scene, view_layer, request, live, start, kept=kept)
-
-    yield JobProgress("Writing the colours", 1.0)
-    writing = time.perf_counter()
-    values, colours, gone = found.colours(request)
-    report, doubts = found.report(scene, values, start), found.doubts(scene, request)
-    said = (*(kept.notes if kept is not None else ()), *others, *found.export.warnings, *found.refusals)
-    stored, brightness = encoded(colours, request.encoding, request.quantity, found.scales[0], report.relative_error)
-    objects = [entry.object for entry in stored]
-    mixture = gains_of(objects, request.attribute) if updates else {}
-    notes = write_colours(stored, request.domain, request.attribute if request.activate else None)
-    remix(objects, request.attribute, mixture)
-    notes += refresh_materials(objects, request.attribute) + hidden_by_playback(objects, request.attribute)
-    end = time.perf_counter()
-    return replace(
-        report,
-        objects=len(colours),
-        seconds=report.seconds | {"write": end - writing, "total": end - start},
-        brightness=brightness,
-        blender_scene=names[0],
-        view_layer=names[1],
-        updated=kept is not None and kept.updated,
-        warnings=(*said, *gone, *notes, *doubts),
-    )
+        yield JobProgress("Writing the colours", 1.0)
+        writing = time.perf_counter()
+        values, colours, gone = found.colours(request)
+        report, doubts = found.report(scene, values, start), found.doubts(scene, request)
+        said = (*(kept.notes if kept is not None else ()), *others, *found.export.warnings, *found.refusals)
+        stored, brightness = encoded(
+            colours, request.encoding, request.quantity, found.scales[0], report.relative_error
+        )
+        objects = [entry.object for entry in stored]
+        mixture = gains_of(objects, request.attribute) if updates else {}
+        notes = write_colours(stored, request.domain, request.attribute if request.activate else None)
+        remix(objects, request.attribute, mixture)
+        notes += refresh_materials(objects, request.attribute) + hidden_by_playback(objects, request.attribute)
+        end = time.perf_counter()
+        return replace(
+            report,
+            objects=len(colours),
+            seconds=report.seconds | {"write": end - writing, "total": end - start},
+            brightness=brightness,
+            blender_scene=names[0],
+            view_layer=names[1],
+            updated=kept is not None and kept.updated,
+            warnings=(*said, *gone, *notes, *doubts),
+        )

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import difflib
+from collections.abc import Iterable, Sequence
+
+#: names that are shown of many
+SHOWN_NAMES = 3
 
 
 def counted(number: int, thing: str) -> str:
@@ -11,9 +15,16 @@ def counted(number: int, thing: str) -> str:
     return f"{text} {thing}" + ("" if number == 1 else "s")
 
 
-def some(names: Sequence[str]) -> str:
-    """The first three of the names, quoted."""
-    return ", ".join(f"'{name}'" for name in names[:3]) + (", ..." if len(names) > 3 else "")
+def some(names: Sequence[str], quote: str = "'") -> str:
+    """The first of the names, quoted."""
+    shown = ", ".join(f"{quote}{name}{quote}" for name in names[:SHOWN_NAMES])
+    return shown + (", ..." if len(names) > SHOWN_NAMES else "")
+
+
+def alike(name: str, names: Iterable[str]) -> str:
+    """Those of the ``names`` that ``name`` may be meant for: ``'Key' or 'Fill'``."""
+    names = list(names)
+    return " or ".join(f"'{other}'" for other in difflib.get_close_matches(name, names) or names[:3])
 
 
 def percent(share: float) -> str:

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import bpy
 import numpy as np
-from detp.detp_addon.reading import findings as findings_module
+from detp.detp_addon import wording
 from detp.detp_addon.reading.read_scene import ExportedScene, read_scene
 from detp.detp_addon.reading.read_shaders import HARMLESS_INPUTS, NOT_IN_CYCLES
 from detp.detp_addon.reading.render_settings import NAMED, decision
@@ -105,11 +105,11 @@ class Zoo:
 
     def read(self) -> tuple[ExportedScene, list[str]]:
         """The scene as the bake reads it, and for each triangle what was said of its material."""
-        shown, findings_module.SHOWN_NAMES = findings_module.SHOWN_NAMES, 1 << 20
+        shown, wording.SHOWN_NAMES = wording.SHOWN_NAMES, 1 << 20
         try:
             result = read_scene(bpy.context.scene, bpy.context.view_layer, None, "CORNER")
         finally:
-            findings_module.SHOWN_NAMES = shown
+            wording.SHOWN_NAMES = shown
         said = [""] * len(self.obj.data.polygons)
         # That faces are too large for a pattern says nothing of the node that makes it.
         told = [sentence for sentence in (*result.warnings, *result.left_out) if "patterns on large" not in sentence]

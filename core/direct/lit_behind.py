@@ -9,6 +9,7 @@ from ..photons.emission import lights_of
 from ..rays import RayCaster
 from ..scene import Scene
 from ..settings import BakeSettings
+from ..stages import finished
 from .direct_light import DirectLight
 from .stands import Stands
 
@@ -28,6 +29,5 @@ def lit_behind(
     places = Standpoints.joined(list(standpoints(caster, points, -facing, inward)))
     stands = Stands(points, places.origins, -facing)
     light = DirectLight(scene, caster, stands, -normals, BakeSettings(), lights_of(scene))
-    for _ in light.rounds(0, ROUNDS):
-        pass
+    finished(light.rounds(0, ROUNDS))
     return np.abs(light.irradiance.value).sum(axis=1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -112,34 +112,28 @@ class IrradianceEstimate:
             raise InvalidArrayError("Only estimates of the same points can be merged.")
         samples = self.samples + other.samples
         single = (self.single * self.samples + other.single * other.samples) / max(samples, 1)
-        sums = (getattr(self, name) + getattr(other, name) for name in ("total", "squares", "repeated"))
-        contrasts, common = self.contrasts + other.contrasts, tuple(np.add(self.common, other.common))
-        return IrradianceEstimate(*sums, single, contrasts, self.areas, samples, common)
+        sums = {name: getattr(self, name) + getattr(other, name) for name in _SUMS}
+        return replace(self, **sums, single=single, samples=samples, common=tuple(np.add(self.common, other.common)))
 
     def taken(self, rows: np.ndarray) -> IrradianceEstimate:
         """That of some ``rows`` of points alone."""
-        names = "total", "squares", "repeated", "single", "contrasts", "areas"
-        sums = (getattr(self, name)[rows] for name in names)
-        return IrradianceEstimate(*sums, self.samples, self.common)
+        return replace(self, **{name: getattr(self, name)[rows] for name in (*_SUMS, "single", "areas")})
 
     def exchanged(self, gone: IrradianceEstimate, come: IrradianceEstimate) -> IrradianceEstimate:
         """This estimate with what some of its particles brought, ``gone``, exchanged for what has ``come``.
 
         Both count the same ``samples`` as this one.
         """
-        sums = [getattr(self, name) - getattr(gone, name) + getattr(come, name) for name in ("total", "squares")]
-        repeated = self.repeated - gone.repeated + come.repeated
-        contrasts = self.contrasts - gone.contrasts + come.contrasts
-        common = tuple(np.add(np.subtract(self.common, gone.common), come.common))
+        sums = {name: getattr(self, name) - getattr(gone, name) + getattr(come, name) for name in _SUMS}
         # Differences of what is equal leave rounding, which must not become light or negative squares.
         rounding = _ROUNDING * (self.squares + come.squares)
-        sums[1] = np.where(sums[1] > rounding, sums[1], 0.0)
-        sums[0] = np.where(sums[1] > 0.0, sums[0], 0.0)
-        return IrradianceEstimate(*sums, repeated, self.single, contrasts, self.areas, self.samples, common)
+        sums["squares"] = np.where(sums["squares"] > rounding, sums["squares"], 0.0)
+        sums["total"] = np.where(sums["squares"] > 0.0, sums["total"], 0.0)
+        return replace(self, **sums, common=tuple(np.add(np.subtract(self.common, gone.common), come.common)))
 
 
-#: Of sums, the share that differences of them may be off by.
-_ROUNDING = 1e-12
+#: what is summed over particles, and the share that differences of such sums may be off by
+_SUMS, _ROUNDING = ("total", "squares", "repeated", "contrasts"), 1e-12
 
 
 def _student(freedom: int) -> float:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 #: The smallest number that float32 holds with all its digits.
@@ -79,8 +77,3 @@ class Matrix:
 def _products(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """Products (d, 1) of rows (d, U)."""
     return np.einsum("xu,xu->x", one, other)[:, None]
-
-
-def added(rows: np.ndarray, parts: Sequence[np.ndarray], count: int) -> np.ndarray:
-    """Sums (count, d) of d ``parts`` (K,) by their ``rows`` (K,)."""
-    return np.stack([np.bincount(rows, part, count) for part in parts], axis=1)

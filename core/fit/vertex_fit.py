@@ -14,9 +14,10 @@ from functools import cached_property, partial
 
 import numpy as np
 
+from ..group_sums import column_sums
 from ..irradiance import DARK_SHARE, Irradiance
 from .bends import Bends
-from .equations import Matrix, Neighbours, added
+from .equations import Matrix, Neighbours
 from .settled import Settled
 from .shown_faces import FacePlaces, ShownFaces
 
@@ -252,7 +253,7 @@ class VertexFit:
     def _sums(self, at_places: np.ndarray) -> np.ndarray:
         """Sums (U, d) of what is given at the places (K, d), by their weights at each value."""
         parts = ((self._places.weights * part[:, None]).ravel() for part in at_places.T)
-        return added(self._values.ravel(), parts, self.count)
+        return column_sums(parts, self._values.ravel(), self.count)
 
     def _noise(self, errors: np.ndarray, area: np.ndarray, found: np.ndarray, usual: float) -> np.ndarray:
         """Relative standard error (T,) of a place on each triangle, from the places' ``errors`` (K,)."""

@@ -41,8 +41,8 @@ class ReflectedLight:
 
     def __init__(self, scene: Scene, caster: RayCaster, lights: Sequence[Light], records: RecordFinder, bounces: int):
         self._caster, self._records, self._bounces = caster, records, bounces
-        self._shadows = Shadows(scene, caster)
-        self._surroundings = [light for light in lights if not is_lamp(light)]
+        self.shadows = Shadows(scene, caster)
+        self.surroundings = [light for light in lights if not is_lamp(light)]
         # What surfaces send on of the light on the side that is met, and on the other one.
         self._sides = [_Side.of(1.0, scene.albedo, caster)]
         if scene.translucency is not None:
@@ -75,7 +75,7 @@ class ReflectedLight:
     def landed(self, points: np.ndarray, directions: np.ndarray) -> Ways:
         """Where rays from ``points`` (R, 3) m along unit ``directions`` (R, 3) land on what sends light on."""
         found = []
-        for rows, hits, share in self._shadows.between.surfaces.met(points, directions):
+        for rows, hits, share in self.shadows.between.surfaces.met(points, directions):
             for side in self._sides:
                 met, part, landings = self._landings(side, points, directions, rows, hits)
                 found.append(Ways(rows.take(met), share.take(met, axis=0) * part, landings.lengths, landings))
@@ -123,7 +123,7 @@ class ReflectedLight:
         goes on to."""
         points, normals = ways.landings.stands, ways.landings.normals
         light = np.zeros((len(points), 3))
-        for source in self._surroundings:
+        for source in self.surroundings:
             if source.aimed:
                 self._aim(source, points, normals, generator.random((len(points), SHADOW_DIMENSIONS)), light)
         if nearby is not None and nearby.kinds:
@@ -131,12 +131,12 @@ class ReflectedLight:
         directions = cosine_hemisphere(normals, generator.random((len(points), 2)))
         cosine = np.einsum("ij,ij->i", normals, directions)
         onward = []
-        for surfaces, sources in self._shadows.ways(self._surroundings):
+        for surfaces, sources in self.shadows.ways(self.surroundings):
             for rows, hits, share in surfaces.met(points, directions):
                 for _, mine, radiance, density in met_among(sources, points, directions, rows, hits):
                     at = rows.take(mine)
                     light[at] += radiance * share.take(mine, axis=0) * _balanced(density, cosine.take(at))
-                if surfaces is not self._shadows.between.surfaces:
+                if surfaces is not self.shadows.between.surfaces:
                     continue
                 for side in self._sides:
                     met, part, landings = self._landings(side, points, directions, rows, hits)
@@ -149,7 +149,7 @@ class ReflectedLight:
         cosine = np.einsum("ij,ij->i", normals, rays.directions)
         lit = np.flatnonzero((cosine > 0) & rays.shines)
         ways = points.take(lit, axis=0), rays.directions.take(lit, axis=0), rays.distances.take(lit)
-        weight = self._shadows.of(source).transmitted(*ways) * _balanced(rays.density.take(lit), cosine.take(lit))
+        weight = self.shadows.of(source).transmitted(*ways) * _balanced(rays.density.take(lit), cosine.take(lit))
         light[lit] += rays.radiance.take(lit, axis=0) * weight
 
     def _ask_lamps(self, nearby: NearbyLamps, points, normals, group, uniforms, light: np.ndarray) -> None:
@@ -158,7 +158,7 @@ class ReflectedLight:
         red, green, blue = lamps.light.T
         lit = np.flatnonzero((red != 0) | (green != 0) | (blue != 0))
         ways = points.take(lit, axis=0), lamps.directions.take(lit, axis=0), lamps.distances.take(lit)
-        light[lit] += lamps.light.take(lit, axis=0) * self._shadows.transmitted(*ways)
+        light[lit] += lamps.light.take(lit, axis=0) * self.shadows.transmitted(*ways)
 
 
 @dataclass(frozen=True)

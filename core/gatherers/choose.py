@@ -13,11 +13,7 @@ from .gatherer import Gatherer
 from .hybrid import Hybrid, Search, checked_moving
 from .sphere_cache import SphereCache
 
-_SEARCHES: dict[str, tuple[Search, str]] = {
-    "disc-index": (DiscIndex, "Disc Indexing"),
-    "sphere-cache": (SphereCache, "Sphere Cache"),
-    "brute-force": (BruteForce, "Brute force"),
-}
+_SEARCHES: dict[str, Search] = {kind.name: kind for kind in (DiscIndex, SphereCache, BruteForce)}
 
 
 def make_gatherer(name: str, discs: TangentDiscs, moving: np.ndarray | None = None) -> tuple[Gatherer, str]:
@@ -34,8 +30,7 @@ def make_gatherer(name: str, discs: TangentDiscs, moving: np.ndarray | None = No
         raise InvalidSettingError(f"Unknown gatherer '{name}': choose {', '.join(GATHERERS)}.")
     moving = checked_moving(moving, len(discs))
     if name in _SEARCHES:
-        search, title = _SEARCHES[name]
-        return search(discs), f"{title}, as asked for."
+        return _SEARCHES[name](discs), f"{GATHERERS[name]}, as asked for."
     stay, move = np.count_nonzero(~moving), np.count_nonzero(moving)
     if name == "auto" and (stay == 0 or move == 0):
         return DiscIndex(discs), "Disc Indexing: the fastest in all scenes that were measured."
@@ -43,6 +38,6 @@ def make_gatherer(name: str, discs: TangentDiscs, moving: np.ndarray | None = No
         why = "in a bake of one frame nothing moves, so that it is Disc Indexing"
         return Hybrid(discs), f"Hybrid, as asked for: {why}."
     kind = "disc-index" if name == "auto" else "sphere-cache"
-    search, title = _SEARCHES[kind]
-    why = f"Disc Indexing for {stay} discs that stay, {title} for {move} that move"
-    return Hybrid(discs, moving, mobile=search), f"Hybrid{', as asked for' if name == 'hybrid' else ''}: {why}."
+    asked = ", as asked for" if name == "hybrid" else ""
+    why = f"Hybrid{asked}: Disc Indexing for {stay} discs that stay, {GATHERERS[kind]} for {move} that move."
+    return Hybrid(discs, moving, mobile=_SEARCHES[kind]), why

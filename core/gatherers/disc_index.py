@@ -8,9 +8,8 @@ import numpy as np
 
 from ..discs import TangentDiscs
 from .balanced_tree import BRANCHES, BalancedTree, Halves
-from .counts import Counts
+from .gatherer import Counts
 from .local_frame import MARGIN, Pieces
-from .octants import OCTANTS, facing_octants, is_slanted, octants_of
 from .patch_search import PatchSearch
 from .patches import Stretches
 
@@ -18,6 +17,12 @@ SEGMENTS = 1 << 16  # most segments that descend together
 LEAF = 8  # most discs of a leaf
 BLOCK = 1 << 14  # pairs of a piece and a node looked at together
 _LARGE = np.float32(1e30)
+
+OCTANTS = 8  # of directions that may arrive against a disc's normal
+# Components of normals below this count as zero. So that no crossing is lost, directions with a component below 8 times
+# it, relative to the largest, belong to no octant: all others then have n.s > 1e-5 |s| for the discs that are left out,
+# far from a change of sign.
+FLAT = 1e-5
 
 
 class DiscIndex(PatchSearch):
@@ -108,6 +113,30 @@ def _sides(discs: TangentDiscs) -> np.ndarray:
     """Which of the six axis directions each normal is closest to, (N,) int64 in 0..5."""
     axis = np.abs(discs.normals).argmax(axis=1)
     return 2 * axis + (np.take_along_axis(discs.normals, axis[:, None], axis=1)[:, 0] < 0)
+
+
+def facing_octants(normals: np.ndarray) -> np.ndarray:
+    """Octants of directions (N,) uint8 that may arrive against ``normals`` (N, 3), one bit each.
+
+    Bit o stands for directions whose component along axis a is negative where o has bit a.
+    """
+    against = normals < -FLAT, normals > FLAT
+    octants = np.zeros(len(normals), np.uint8)
+    for octant in range(OCTANTS):
+        faces = against[octant & 1][:, 0] | against[octant >> 1 & 1][:, 1] | against[octant >> 2 & 1][:, 2]
+        octants |= faces.astype(np.uint8) << octant
+    return octants
+
+
+def octants_of(step: np.ndarray) -> np.ndarray:
+    """The octant (P,) int64 of each direction ``step`` (3, P)."""
+    return (step[0] < 0) + 2 * (step[1] < 0) + 4 * (step[2] < 0).astype(np.int64)
+
+
+def is_slanted(step: np.ndarray) -> np.ndarray:
+    """Whether (P,) each direction ``step`` (3, P) is far enough from all axis planes to belong to one octant alone."""
+    size = np.abs(step)
+    return size.min(axis=0) > 8 * FLAT * size.max(axis=0)
 
 
 def _mirrored_boxes(low: np.ndarray, high: np.ndarray, octants: np.ndarray) -> np.ndarray:

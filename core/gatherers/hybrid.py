@@ -10,9 +10,8 @@ import numpy as np
 from ..discs import TangentDiscs
 from ..errors import InvalidArrayError
 from ..segments import Segments
-from .counts import Counts
 from .disc_index import DiscIndex
-from .gatherer import Crossings, Gatherer
+from .gatherer import Counts, Crossings, Gatherer
 from .outer_spheres import SphereLists, sphere_around, walked_on
 from .sphere_cache import SphereCache
 
@@ -118,11 +117,6 @@ class MovingDiscs:
         if len(some):
             self._within = SomeDiscs(self._make(some), self._rows)
             self._spheres = walked_on(self._spheres, sphere_around(some), self._first, self._q)
-
-    @property
-    def search(self) -> Gatherer:
-        """That over the discs of this frame, of which there must be some."""
-        return self._within.search
 
     def near(self, segments: Segments, counts: Counts | None = None) -> Segments:
         """Those of the ``segments`` that meet all outer spheres."""

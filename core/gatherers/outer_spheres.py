@@ -10,7 +10,7 @@ import numpy as np
 from ..discs import TangentDiscs
 from ..parallel import ordered_map, slices
 from ..segments import Segments
-from .counts import Counts
+from .gatherer import Counts
 from .sphere_cache import meets
 from .sphere_plan import around
 

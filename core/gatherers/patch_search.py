@@ -10,8 +10,7 @@ import numpy as np
 from ..crossing import crosses
 from ..discs import TangentDiscs
 from ..segments import Segments
-from .counts import Counts
-from .gatherer import Crossings
+from .gatherer import Counts, Crossings
 from .local_frame import LocalFrame, Pieces
 from .patches import DiscPatches, Stretches
 from .streams import in_lanes, portions

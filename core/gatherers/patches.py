@@ -10,7 +10,7 @@ import numpy as np
 from ..parallel import ordered_map
 from ..ranges import blocks, expanded_blocks
 from ..rows import Rows
-from .counts import Counts
+from .gatherer import Counts
 from .local_frame import MARGIN, LocalFrame, Pieces
 
 RECORDS = 1 << 14  # stretches looked at together, so that their columns stay in the processor's cache

@@ -10,7 +10,7 @@ from ..discs import TangentDiscs
 from ..errors import InvalidSettingError
 from ..ranges import expanded
 from ..space_filling import curve_order
-from .counts import Counts
+from .gatherer import Counts
 from .local_frame import MARGIN, Pieces
 from .patch_search import PatchSearch
 from .patches import Stretches

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from ..bounds import Bounds
-from ..checks import number_within, unit_rows, vector
+from ..checks import fill, number_within, unit_rows, vector
 from ..errors import InvalidArrayError, InvalidSettingError
 from ..sampling import around, cosine_hemisphere, disc, spherical_rectangle
 from .aim import lit_rays, towards
@@ -67,10 +67,10 @@ class AreaLight:
 
     def __post_init__(self):
         for name in ("centre", "edge_u", "edge_v", "power"):
-            object.__setattr__(self, name, vector(getattr(self, name), f"The area light's {name}"))
+            fill(self, **{name: vector(getattr(self, name), f"The area light's {name}")})
         if self.shape not in SHAPES:
             raise InvalidSettingError(f"Unknown area light shape '{self.shape}': choose {' or '.join(SHAPES)}.")
-        object.__setattr__(self, "spread", number_within(self.spread, "The area light's spread", 0.0, np.pi))
+        fill(self, spread=number_within(self.spread, "The area light's spread", np.pi))
         if self.area == 0.0:
             raise InvalidArrayError("The area light has no area: give it a size in both directions.")
 

@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from ..bounds import Bounds
-from ..checks import float_rows, index_rows
+from ..checks import fill, float_rows, index_rows
 from ..errors import InvalidArrayError
 from ..sampling import choose, cosine_hemisphere, triangle
 from ..sides import BySide, sided_rows
@@ -61,19 +61,9 @@ class EmissiveTriangles:
         normals, areas = normals_and_areas(corners)
         sides = np.abs(radiance).max(axis=-1, initial=0.0).reshape(-1, len(corners))
         strength = sides.mean(axis=0)
-        shares = np.cumsum(strength * areas)
-        for name, value in (
-            ("corners", corners),
-            ("radiance", radiance),
-            ("rows", rows),
-            ("normals", normals),
-            ("areas", areas),
-            ("shares", shares),
-            ("_strength", strength),
-            ("_front", np.divide(sides[0], 2.0 * strength, out=np.full(len(corners), 0.5), where=strength > 0.0)),
-            ("_seen_on", BySide(radiance, normals)),
-        ):
-            object.__setattr__(self, name, value)
+        fill(self, corners=corners, radiance=radiance, rows=rows, normals=normals, areas=areas, _strength=strength)
+        front = np.divide(sides[0], 2.0 * strength, out=np.full(len(corners), 0.5), where=strength > 0.0)
+        fill(self, shares=np.cumsum(strength * areas), _front=front, _seen_on=BySide(radiance, normals))
 
     def flux(self, bounds: Bounds) -> np.ndarray:
         """Radiant flux (3,) in W of both sides: pi times the sum of radiance times area of each."""

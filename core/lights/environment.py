@@ -8,14 +8,14 @@ from typing import ClassVar
 import numpy as np
 
 from ..bounds import Bounds
-from ..checks import float_rows
+from ..checks import fill, float_rows
 from ..errors import InvalidArrayError
 from ..sampling import choose, face_points
-from .light import Particles, ShadowRays
+from .light import Particles, ShadowRays, Sky
 
 
 @dataclass(frozen=True, eq=False)
-class EnvironmentWorld:
+class EnvironmentWorld(Sky):
     """A sky whose radiance is constant over each pixel of an equirectangular picture in Blender's convention.
 
     radiance  (H, W, 3) in W/(m^2 sr), RGB. Row 0 is the bottom, as in Blender's ``Image.pixels``. Pixel (row, column)
@@ -34,9 +34,7 @@ class EnvironmentWorld:
     """
 
     radiance: np.ndarray
-    sharp: ClassVar[bool] = False
     aimed: ClassVar[bool] = True
-    distant: ClassVar[bool] = True
     _row_factors: np.ndarray = field(init=False, repr=False)
     _column_factors: np.ndarray = field(init=False, repr=False)
     _shares: np.ndarray = field(init=False, repr=False)
@@ -50,18 +48,11 @@ class EnvironmentWorld:
         radiance = float_rows(np.reshape(self.radiance, (-1, 3)), "environment pixels").reshape(shape)
         rows, columns = _factors(shape[0], shape[1])
         strength = np.abs(radiance).max(axis=2)
+        fill(self, radiance=radiance, _row_factors=rows, _column_factors=columns)
         shares = np.stack([np.cumsum(strength * r[:, None] * c) for r, c in zip(rows, columns, strict=True)])
-        strength_sums = np.cumsum(strength * _solid_angles(shape[0], shape[1])[:, None])
-        through = np.einsum("hwc,kh,kw->kc", radiance, rows, columns, optimize=True)
-        for name, value in (
-            ("radiance", radiance),
-            ("_row_factors", rows),
-            ("_column_factors", columns),
-            ("_shares", shares),
-            ("_through", through),
-            ("strength_sums", strength_sums),
-        ):
-            object.__setattr__(self, name, value)
+        solid_angles = (2.0 * np.pi / shape[1]) * np.diff(self.sines)
+        fill(self, _shares=shares, strength_sums=np.cumsum(strength * solid_angles[:, None]))
+        fill(self, _through=np.einsum("hwc,kh,kw->kc", radiance, rows, columns, optimize=True))
 
     def shadow_rays(self, points: np.ndarray, uniforms: np.ndarray) -> ShadowRays:
         """Into a pixel chosen in proportion to its strongest channel times its solid angle, uniform within it."""
@@ -79,10 +70,6 @@ class EnvironmentWorld:
         travel, _ = self._within(row, column, np.clip(across, 0.0, 1.0), up)
         radiance, density = self._seen(row, column)
         return ShadowRays(-travel, np.full(len(row), np.inf), radiance, np.where(density > 0.0, density, 1.0))
-
-    def among(self, triangle: np.ndarray) -> np.ndarray:
-        """Whether rays that met ``triangle`` (K,) left the scene: where it is -1."""
-        return triangle < 0
 
     def met(self, points: np.ndarray, directions: np.ndarray, triangle: np.ndarray, places: np.ndarray):
         """Radiance (K, 3) of the pixels that rays out of the scene look at, and the density (K,) of aiming there."""
@@ -152,11 +139,6 @@ class EnvironmentWorld:
 def _latitudes(height: int) -> np.ndarray:
     """Latitudes (height + 1,) of the rows' borders, radians."""
     return np.pi * (np.arange(height + 1) / height - 0.5)
-
-
-def _solid_angles(height: int, width: int) -> np.ndarray:
-    """Solid angles (height,) in sr of a pixel in each row."""
-    return (2.0 * np.pi / width) * np.diff(np.sin(_latitudes(height)))
 
 
 def _factors(height: int, width: int) -> tuple[np.ndarray, np.ndarray]:

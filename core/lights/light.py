@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 
@@ -128,6 +128,17 @@ class Surroundings(Light, Protocol):
         which :meth:`shadow_rays` chooses these directions.
         """
         ...
+
+
+class Sky:
+    """What worlds have in common, all of which lie behind everything."""
+
+    sharp: ClassVar[bool] = False
+    distant: ClassVar[bool] = True
+
+    def among(self, triangle: np.ndarray) -> np.ndarray:
+        """Whether rays that met ``triangle`` (K,) left the scene: where it is -1."""
+        return triangle < 0
 
 
 def met_among(

@@ -7,14 +7,40 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..bounds import Bounds
-from ..checks import number_within, vector
+from ..checks import fill, number_within, vector
 from ..sampling import disc, frames, sphere
 from .aim import SMALLEST_RADIUS, rays_to_ball, rays_to_point
 from .light import Particles, ShadowRays
 
 
+class Ball:
+    """What lamps have in common whose light comes from a ball or a point, with the fields of :class:`PointLight`."""
+
+    def check(self, lamp: str, **more) -> None:
+        """Bring the fields of the ``lamp`` into form, and put ``more`` of them in."""
+        fill(self, position=vector(self.position, f"{lamp}'s position"), power=vector(self.power, f"{lamp}'s power"))
+        fill(self, radius=number_within(self.radius, f"{lamp}'s radius"), **more)
+
+    @property
+    def sharp(self) -> bool:
+        """Whether the light has no extent."""
+        return self.radius < SMALLEST_RADIUS
+
+    def rays(self, points: np.ndarray, uniforms: np.ndarray) -> ShadowRays:
+        """Shadow rays of a ball that shines alike in all directions."""
+        if self.sharp:
+            return rays_to_point(points, self.position, self.power)
+        return rays_to_ball(points, self.position, self.power, self.radius, self.soft, uniforms)
+
+    def sent(self, directions: np.ndarray, flux: np.ndarray, uniforms: np.ndarray) -> Particles:
+        """Particles along ``directions`` (P, 3) with that ``flux`` (P, 3) W, which start anywhere on the ball by
+        ``uniforms`` (P, 2)."""
+        aside = crosswise(directions, self.radius, uniforms)
+        return Particles(self.position + aside, directions, flux, soft_start(aside, self.radius) if self.soft else None)
+
+
 @dataclass(frozen=True, eq=False)
-class PointLight:
+class PointLight(Ball):
     """An isotropic light of intensity power / (4 pi), or a sphere of uniform radiance power / (4 pi^2 radius^2).
 
     position  (3,) metres
@@ -32,20 +58,11 @@ class PointLight:
     soft: bool = False
 
     def __post_init__(self):
-        object.__setattr__(self, "position", vector(self.position, "The point light's position"))
-        object.__setattr__(self, "power", vector(self.power, "The point light's power"))
-        object.__setattr__(self, "radius", number_within(self.radius, "The point light's radius", 0.0))
-
-    @property
-    def sharp(self) -> bool:
-        """Whether the light has no extent."""
-        return self.radius < SMALLEST_RADIUS
+        self.check("The point light")
 
     def shadow_rays(self, points: np.ndarray, uniforms: np.ndarray) -> ShadowRays:
         """Uniform in the cone that the sphere fills, or the disc of soft falloff; all around inside the sphere."""
-        if self.sharp:
-            return rays_to_point(points, self.position, self.power)
-        return rays_to_ball(points, self.position, self.power, self.radius, self.soft, uniforms)
+        return self.rays(points, uniforms)
 
     def flux(self, bounds: Bounds) -> np.ndarray:
         """Radiant flux (3,) in W."""
@@ -53,11 +70,8 @@ class PointLight:
 
     def emit(self, uniforms: np.ndarray, bounds: Bounds) -> Particles:
         """Particles of equal flux; uniforms (P, 4): direction 2, origin 2."""
-        directions = sphere(uniforms[:, :2])
-        aside = crosswise(directions, self.radius, uniforms[:, 2:])
-        start = soft_start(aside, self.radius) if self.soft else None
         flux = np.tile(self.power / len(uniforms), (len(uniforms), 1))
-        return Particles(self.position + aside, directions, flux, start)
+        return self.sent(sphere(uniforms[:, :2]), flux, uniforms[:, 2:])
 
 
 def crosswise(directions: np.ndarray, radius: float, uniforms: np.ndarray) -> np.ndarray:

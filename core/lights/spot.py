@@ -11,9 +11,8 @@ from ..bounds import Bounds
 from ..checks import float_rows, number_within, unit_rows, vector
 from ..errors import InvalidArrayError
 from ..sampling import around, frames
-from .aim import SMALLEST_RADIUS, rays_to_ball, rays_to_point
 from .light import Particles, ShadowRays
-from .point import crosswise, soft_start
+from .point import Ball
 
 #: Newton steps for the soft rim: the error is below 1e-15 after eight, wherever it starts.
 _NEWTON_STEPS = 8
@@ -26,7 +25,7 @@ _OWN_AXIS = np.array([0.0, 0.0, -1.0])
 
 
 @dataclass(frozen=True, eq=False)
-class SpotLight:
+class SpotLight(Ball):
     """A light of intensity I = power / (4 pi) on its axis and I S((cos a - c) / ((1 - c) blend)) off it.
 
     a is the angle from the axis, c = cos(size / 2), and S(t) = t^2 (3 - 2 t), clamped to 0..1.
@@ -52,24 +51,13 @@ class SpotLight:
     soft: bool = False
 
     def __post_init__(self):
-        object.__setattr__(self, "position", vector(self.position, "The spot light's position"))
-        object.__setattr__(self, "axis", _own_space(self.axis))
-        object.__setattr__(self, "power", vector(self.power, "The spot light's power"))
-        object.__setattr__(self, "size", number_within(self.size, "The spot light's size", 0.0, np.pi))
-        object.__setattr__(self, "blend", number_within(self.blend, "The spot light's blend", 0.0, 1.0))
-        object.__setattr__(self, "radius", number_within(self.radius, "The spot light's radius", 0.0))
-
-    @property
-    def sharp(self) -> bool:
-        """Whether the light has no extent."""
-        return self.radius < SMALLEST_RADIUS
+        size = number_within(self.size, "The spot light's size", np.pi)
+        blend = number_within(self.blend, "The spot light's blend", 1.0)
+        self.check("The spot light", axis=_own_space(self.axis), size=size, blend=blend)
 
     def shadow_rays(self, points: np.ndarray, uniforms: np.ndarray) -> ShadowRays:
         """The point light's, times what the cone lets through along each ray."""
-        if self.sharp:
-            rays = rays_to_point(points, self.position, self.power)
-        else:
-            rays = rays_to_ball(points, self.position, self.power, self.radius, self.soft, uniforms)
+        rays = self.rays(points, uniforms)
         return replace(rays, radiance=rays.radiance * self._share(-rays.directions)[:, None])
 
     def flux(self, bounds: Bounds) -> np.ndarray:
@@ -83,10 +71,7 @@ class SpotLight:
     def emit(self, uniforms: np.ndarray, bounds: Bounds) -> Particles:
         """Particles, of equal flux when the cone is round; uniforms (P, 4): direction 2, origin 2."""
         directions, stretch = self._directions(uniforms[:, :2])
-        aside = crosswise(directions, self.radius, uniforms[:, 2:])
-        start = soft_start(aside, self.radius) if self.soft else None
-        flux = stretch[:, None] * (self._round_flux / len(uniforms))
-        return Particles(self.position + aside, directions, flux, start)
+        return self.sent(directions, stretch[:, None] * (self._round_flux / len(uniforms)), uniforms[:, 2:])
 
     @property
     def fall(self) -> float:

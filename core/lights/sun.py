@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from ..bounds import Bounds
-from ..checks import number_within, unit_vector, vector
+from ..checks import fill, number_within, unit_vector, vector
 from ..sampling import box_entry, cone, projected_area
 from .light import Particles, ShadowRays
 
@@ -34,9 +34,9 @@ class SunLight:
     distant: ClassVar[bool] = True
 
     def __post_init__(self):
-        object.__setattr__(self, "direction", unit_vector(self.direction, "The sun's direction"))
-        object.__setattr__(self, "irradiance", vector(self.irradiance, "The sun's irradiance"))
-        object.__setattr__(self, "angle", number_within(self.angle, "The sun's angle", 0.0, np.pi))
+        fill(self, direction=unit_vector(self.direction, "The sun's direction"))
+        fill(self, irradiance=vector(self.irradiance, "The sun's irradiance"))
+        fill(self, angle=number_within(self.angle, "The sun's angle", np.pi))
 
     @property
     def sharp(self) -> bool:

@@ -8,13 +8,13 @@ from typing import ClassVar
 import numpy as np
 
 from ..bounds import Bounds
-from ..checks import vector
+from ..checks import fill, vector
 from ..sampling import choose, cosine_hemisphere, face_points
-from .light import Particles
+from .light import Particles, Sky
 
 
 @dataclass(frozen=True, eq=False)
-class UniformWorld:
+class UniformWorld(Sky):
     """A sky and ground of one colour. ``radiance`` (3,) is in W/(m^2 sr), RGB.
 
     Raises InvalidArrayError when it is not three finite numbers. Uniform radiance enters a convex box through each
@@ -22,20 +22,14 @@ class UniformWorld:
     """
 
     radiance: np.ndarray
-    sharp: ClassVar[bool] = False
     aimed: ClassVar[bool] = False
-    distant: ClassVar[bool] = True
 
     def __post_init__(self):
-        object.__setattr__(self, "radiance", vector(self.radiance, "The world's radiance"))
+        fill(self, radiance=vector(self.radiance, "The world's radiance"))
 
     def flux(self, bounds: Bounds) -> np.ndarray:
         """Radiant flux (3,) in W that enters the box: pi times radiance times surface."""
         return self.radiance * (2.0 * np.pi * bounds.face_areas.sum())
-
-    def among(self, triangle: np.ndarray) -> np.ndarray:
-        """Whether rays that met ``triangle`` (K,) left the scene: where it is -1."""
-        return triangle < 0
 
     def met(self, points: np.ndarray, directions: np.ndarray, triangle: np.ndarray, places: np.ndarray):
         """Its radiance (K, 3) along the rays that left the scene, and density (K,) zero: nobody aims at it."""

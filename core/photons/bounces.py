@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..bounds import Bounds
-from ..direct.passage import MOST_PASSAGES
+from ..direct.shadows import MOST_PASSAGES
 from ..lights.aim import towards
 from ..lights.light import Particles
 from ..rays import Hits, RayCaster

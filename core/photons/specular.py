@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..checks import float_rows, index_rows, unit_rows
+from ..checks import fill, float_rows, index_rows, unit_rows
 from ..errors import InvalidArrayError
 from ..sampling import cosine_hemisphere, frames
 from ..triangles import dots, normals_and_areas
@@ -42,9 +42,7 @@ class Specular:
     roughness: np.ndarray
 
     def __post_init__(self):
-        triangles = index_rows(np.reshape(self.triangles, (-1, 1)), "specular triangles", 1, np.iinfo(np.int64).max)[
-            :, 0
-        ]
+        triangles = index_rows(np.ravel(self.triangles), "specular triangles", None, np.iinfo(np.int64).max)
         if (np.diff(triangles) <= 0).any():
             raise InvalidArrayError("specular triangles must be ascending, each once.")
         count = len(triangles)
@@ -63,8 +61,7 @@ class Specular:
                 raise InvalidArrayError(f"{name} must not be negative.")
         if (checked["ior"] <= 0).any():
             raise InvalidArrayError("An index of refraction must be above zero.")
-        for name, value in checked.items():
-            object.__setattr__(self, name, value)
+        fill(self, **checked)
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ from functools import partial
 
 import numpy as np
 
-from ..gatherers.counts import Counts
 from ..gatherers.disc_index import DiscIndex
+from ..gatherers.gatherer import Counts
 from ..gatherers.hybrid import Hybrid, MovingDiscs, Search
 from ..gatherers.sphere_cache import SphereCache
 from ..segments import Segments

@@ -69,7 +69,7 @@ class MovingObject:
         radius = size * sphere.radius
         outward = uniform_points("surface", max(1, round(share / (1.0 - share) * len(still))), generator)
         placed = TangentDiscs.of_radius(radius * outward, outward, min(wide, 0.5 * radius))
-        some = scene.some(segments)
+        some = scene.segments.spread(segments)
         return cls(radius, still, placed, Segments.between(some.origins, some.ends), sphere.centre, sphere.radius)
 
     @property

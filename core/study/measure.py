@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..gatherers.counts import Counts
-from ..gatherers.gatherer import Gatherer
+from ..gatherers.gatherer import Counts, Gatherer
 from ..machine import measured_machine
 from ..segments import Segments
 

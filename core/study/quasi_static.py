@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..gatherers.counts import Counts
 from ..gatherers.disc_index import LEAF
+from ..gatherers.gatherer import Counts
 from .fields import uniform_discs, uniform_lines
 from .frame_ways import ALONE, WHOLE, Way
 from .frames import Frame, MovingObject

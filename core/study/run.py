@@ -103,7 +103,10 @@ def _figures(tables: dict[str, list[dict]], ideal: dict) -> dict:
     return {
         "q_optimum": {kind: q_scan.optimum(rows, "tests") for kind, rows in walks.items()},
         "q_optimum_seconds": {kind: q_scan.optimum(rows, "seconds") for kind, rows in walks.items()},
-        "disc_index_saving": {name: _saving(rows) for name, rows in scans.items()},
+        # What Disc Indexing saves of the Sphere Cache's time for the smallest discs.
+        "disc_index_saving": {
+            name: 1.0 - searches.disc_index_over_sphere_cache(rows, "processor")[0][1] for name, rows in scans.items()
+        },
         "exponents": growth.exponents(tables["growth"]),
         "crossover_d_over_spacing": {
             name: {
@@ -118,8 +121,3 @@ def _figures(tables: dict[str, list[dict]], ideal: dict) -> dict:
         "quasi_static": quasi_static.figures(tables["frames"]),
         "machine": {"slowness": this_machine().slowness, "parallel": this_machine().parallel},
     }
-
-
-def _saving(rows: list[dict]) -> float:
-    """What Disc Indexing saves of the Sphere Cache's time for the smallest discs."""
-    return 1.0 - searches.disc_index_over_sphere_cache(rows, "processor")[0][1]

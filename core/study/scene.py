@@ -43,7 +43,3 @@ class StudyScene:
     def discs(self, radius: float) -> TangentDiscs:
         """Whole discs of that ``radius``, as in the study."""
         return TangentDiscs.of_radius(self.centres, self.normals, radius)
-
-    def some(self, count: int) -> Segments:
-        """``count`` of the segments, as different as all are."""
-        return self.segments.spread(count)

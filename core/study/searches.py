@@ -19,7 +19,7 @@ def scene_rows(scene: StudyScene, radius: float, segments: int, repeats: int) ->
 
     Seconds are those of this machine at its usual speed.
     """
-    discs, some = scene.discs(radius), scene.some(segments)
+    discs, some = scene.discs(radius), scene.segments.spread(segments)
     problem = SearchProblem.of(discs, len(some))
     built: dict[str, Gatherer] = {}
     counts: dict[str, dict[str, int]] = {}

@@ -10,9 +10,10 @@ from ..estimator.crossing_sums import BatchSums
 from ..estimator.estimate import IrradianceEstimate
 from ..estimator.standpoints import Standpoints
 from ..gather.record_light import RecordLight
-from ..gather.records import Landings, Records, scouted
+from ..gather.records import Landings, RecordFinder, Records, scouted
 from ..gather.reflected_light import ReflectedLight
 from ..gatherers.choose import make_gatherer
+from ..group_sums import group_sums
 from ..lights.light import Light
 from ..parallel import ordered_map, slices
 from ..photons.photon_light import PhotonSearch
@@ -25,7 +26,6 @@ from ..stages import collected, finished
 from .changed_places import Sight
 from .differences import POINTS_PER_CHUNK, LightDifferences, WantedPlaces
 from .first_bake import FirstBake
-from .patched_records import PatchedRecords
 
 #: Rays that look for where records are needed around what changed, and from each record to the lights: at first, and
 #: where one of these meets what changed.
@@ -77,7 +77,9 @@ class ChangedRecords:
         margin = np.maximum(records.radii, np.tile(records.sides, 2))
         gone = balls.reach(records.held.places, margin).reshape(2, -1).any(axis=0)
         around = yield from self._seen_around(kept, settings.seed)
-        landings = [around.taken(np.flatnonzero(balls.reach(around.places, self._margin(around))))]
+        # As far as the sides of the cells that rays look into which landed so.
+        reached = balls.reach(around.places, records.finder.sides_of(around.lengths))
+        landings = [around.taken(np.flatnonzero(reached))]
         if anew is not None:
             seen = scouted(self._scene, self._caster, anew.origins, facing, settings.seed, least=0)
             cell = records.finder.find(seen, seen.lengths)
@@ -89,21 +91,16 @@ class ChangedRecords:
             kinds = sorted({search.kind for search in self._first.searches})
             yield from self._fresh.place(kinds)
 
-    def _margin(self, landings: Landings) -> np.ndarray:
-        """Sides (K,) of the cells that rays which landed so look into, metres."""
-        return self._first.records.finder.sides_of(landings.lengths)
-
     def _seen_around(self, kept: WantedPlaces, seed: int) -> Generator[object, None, Landings]:
         """Where rays from ``kept`` places land that go towards what changed."""
         some = kept.taken(slice(None, None, -(-len(kept) * max(len(self._changes.balls), 1) // SCOUTS) or 1))
-        reflected = ReflectedLight(self._scene, self._caster, self._lights, self._first.records.finder, 1)
 
         def seen(rows: slice) -> Landings:
             places = some.taken(rows)
             rays = Sight.of(self._changes.balls, places.origins, places.normals).rays(
                 random_stream(seed, "changes", 3, rows.start)
             )
-            return reflected.landed(places.origins.take(rays.row, axis=0), rays.directions).landings
+            return self._changes.after.landed(places.origins.take(rays.row, axis=0), rays.directions).landings
 
         found = yield from collected(ordered_map(seen, slices(len(some), POINTS_PER_CHUNK)))
         return Landings.joined(found) if found else Landings(*np.zeros((3, 0, 3)), np.zeros(0))
@@ -172,8 +169,7 @@ class ChangedRecords:
                 sent = sight.rays(generator)
                 row = np.concatenate([row, sent.row])
                 light = np.concatenate([light, changes.by_chance(sent, some, count)])
-            sums = np.stack([np.bincount(row, part, len(rows)) for part in light.T], axis=1)
-            return np.bincount(row, light.any(axis=1), len(rows)) > 0, sums
+            return np.bincount(row, light.any(axis=1), len(rows)) > 0, group_sums(light, row, len(rows))
 
         # What the first rays tell only chooses who casts more: else a shadow that they missed would be lost.
         rows, hit = np.arange(len(more)), np.zeros(len(more), bool)
@@ -187,3 +183,33 @@ class ChangedRecords:
                 more[part] = sums
                 yield
         return more
+
+
+class PatchedRecords:
+    """The cells of ``base`` that are ``kept`` (C,), and behind all of its rows those of ``fresh`` records.
+
+    Attribute ``after`` (C + 1,): the row here of each cell of ``base``, -1 where none tells of its light any more.
+    """
+
+    def __init__(self, base: RecordFinder, fresh: RecordFinder, kept: np.ndarray):
+        self._base, self._fresh, self._kept = base, fresh, np.append(kept, False)
+        anew = fresh.rows(base.numbers)
+        anew[anew >= 0] += len(base)
+        self.after = np.append(np.where(kept, np.arange(len(base)), anew), -1)
+
+    def __len__(self) -> int:
+        return len(self._base) + len(self._fresh)
+
+    def find(self, landings: Landings, lengths: np.ndarray) -> np.ndarray:
+        """The cell (K,) whose records tell of the light at ``landings`` (K), see :meth:`.RecordFinder.find`."""
+        cell = self._base.find(landings, lengths)
+        cell[~self._kept.take(cell)] = -1
+        left = np.flatnonzero(cell < 0)
+        anew = self._fresh.find(landings.taken(left), lengths.take(left))
+        cell[left] = np.where(anew < 0, -1, anew + len(self._base))
+        return cell
+
+    def joined(self, base: np.ndarray, fresh: np.ndarray) -> np.ndarray:
+        """Values (2 C, 6) at all records, from those at ``base`` and at ``fresh`` ones, half by half."""
+        halves = (np.split(base, 2), np.split(fresh, 2))
+        return np.concatenate([part[half] for half in (0, 1) for part in halves])

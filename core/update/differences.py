@@ -15,16 +15,15 @@ import numpy as np
 
 from ..direct.low_discrepancy import nets
 from ..direct.nearby_lamps import NearbyLamps
-from ..direct.shadows import Shadows
 from ..gather.records import RecordFinder
 from ..gather.reflected_light import MOST_FOLLOWED, ReflectedLight, Ways
-from ..lights.light import SHADOW_DIMENSIONS, Light, Surroundings, is_lamp, met_among
+from ..group_sums import group_sums
+from ..lights.light import SHADOW_DIMENSIONS, met_among
 from ..parallel import ordered_map, slices
 from ..random_streams import random_stream
 from ..rays import Hits, RayCaster
 from ..rows import Rows
 from ..sampling import cosine_hemisphere
-from ..scene import Scene
 from ..stages import collected
 from .changed_places import Balls, Rays, Sight
 
@@ -37,19 +36,6 @@ NOISE, LEAST_FOLLOWED = 0.3, 1 / 32
 
 #: Points whose rays are cast at a time.
 POINTS_PER_CHUNK = 1 << 14
-
-
-@dataclass(frozen=True)
-class Surfaces:
-    """A scene as rays see it: what lets light pass, and the lights that surround all."""
-
-    shadows: Shadows
-    surroundings: list[Surroundings]
-
-    @classmethod
-    def of(cls, scene: Scene, caster: RayCaster, lights: Sequence[Light]) -> Surfaces:
-        """Of ``scene`` with its ``lights``."""
-        return cls(Shadows(scene, caster), [light for light in lights if not is_lamp(light)])
 
 
 @dataclass(frozen=True)
@@ -79,11 +65,9 @@ class Sums:
         count = np.broadcast_to(count, len(self.value))
         # Of few rays, which may as well have been none, the squares tell all.
         less = np.where(count >= 2, 1.0 / np.maximum(count, 1), 0.0)
-        for channel, part in enumerate(found.T):
-            total = np.bincount(row, part, len(count))
-            squares = np.bincount(row, part**2, len(count))
-            self.value[:, channel] += total
-            self.squared[:, channel] += np.maximum(squares - less * total**2, 0.0) / (1.0 - less)
+        total, squares = (group_sums(part, row, len(count)) for part in (found, found**2))
+        self.value += total
+        self.squared += np.maximum(squares - less[:, None] * total**2, 0.0) / (1.0 - less)[:, None]
 
 
 @dataclass(frozen=True)
@@ -144,7 +128,7 @@ class LightDifferences:
     balls  hold all that changed, and ``parts`` cast rays at what is gone and at what is new, alone
     """
 
-    def __init__(self, before: Surfaces, after: Surfaces, balls: Balls, parts: Sequence[RayCaster]):
+    def __init__(self, before: ReflectedLight, after: ReflectedLight, balls: Balls, parts: Sequence[RayCaster]):
         self.before, self.after, self.balls, self._parts = before, after, balls, parts
 
     def aimed(
@@ -214,13 +198,13 @@ class LightDifferences:
         return found
 
 
-def emitted(sources, rays: Rays, origins, rows, hits: Hits, share, aimed: np.ndarray | int) -> np.ndarray:
+def emitted(sources, rays: Rays, origins, rows, hits: Hits, share, aimed: int) -> np.ndarray:
     """What the ``rows`` (K,) of rays from ``origins`` (R, 3) bring of the lights that they hit, W/m^2 (K, 3), parts of
-    the mean: that ``share`` (K, 3) arrives."""
+    the mean: that ``share`` (K, 3) arrives. They count beside ``aimed`` rays to each."""
     light = np.zeros((len(rows), 3))
     for _, mine, radiance, density in met_among(sources, origins, rays.directions, rows, hits):
         at = rows.take(mine)
-        weight = rays.cosine.take(at) / (rays.chance.take(at) + np.broadcast_to(aimed, len(rows)).take(mine) * density)
+        weight = rays.cosine.take(at) / (rays.chance.take(at) + aimed * density)
         light[mine] += radiance * share.take(mine, axis=0) * weight[:, None]
     return light
 
@@ -248,7 +232,6 @@ class Differences:
         lamps: NearbyLamps,
     ):
         self._lights, self._balls, self._lamps = lights, lights.balls, lamps
-        self._scenes = (lights.after, lights.before)
         self._reflected, self._records, self._delta, self._known = reflected, records, delta, known
 
     def at(
@@ -263,7 +246,7 @@ class Differences:
         direct.add(row, light, AIMED)
         rays = sight.rays(generator)
         rays = rays.taken(ahead(places, rays.row, rays.directions))
-        differing, same = self._parted(np.arange(len(rays.row)), np.ones((len(rays.row), 3)), rays, places, AIMED)
+        differing, same = self._parted(np.arange(len(rays.row)), np.ones((len(rays.row), 3)), rays, places)
         seen, chance, ways = self._by_views(sight, places, views, usual, generator)
         # Both kinds of rays go on together, those by chance behind the others.
         views_row = np.repeat(np.arange(len(places)), VIEWS)
@@ -278,7 +261,7 @@ class Differences:
         later = np.concatenate([np.empty(0, np.int64), *(each.owner for each in others)])
         weight = np.concatenate([np.empty((0, 3)), *(each.weight for each in others)])
         scale = np.concatenate([np.empty(0), *(each.rays.scale for each in others)])
-        add_rows(more, later, weight * (light[first:] + sent[first:] * scale[:, None]))
+        more += group_sums(weight * (light[first:] + sent[first:] * scale[:, None]), later, len(more))
         sent_by_first *= rays.scale[:, None]
         for ball, count in enumerate(sight.count):
             mine = np.flatnonzero(rays.ball == ball)
@@ -288,17 +271,15 @@ class Differences:
         indirect.add(views_row, seen / VIEWS, VIEWS)
         return direct, indirect
 
-    def _parted(self, owner: np.ndarray, weight: np.ndarray, rays: Rays, places: WantedPlaces, aimed: int):
+    def _parted(self, owner: np.ndarray, weight: np.ndarray, rays: Rays, places: WantedPlaces):
         """``rays`` that may see what changed, and the ways of the others, on which both scenes are alike; the rays
         belong to ``owner`` (R,), to whom a ``weight`` (R, 3) of what they see comes back."""
         origins = places.origins.take(rays.row, axis=0)
         differ = self._lights.meets(origins, rays.directions, np.full(len(origins), np.inf))
         rows, others = np.flatnonzero(differ), np.flatnonzero(~differ)
         some = rays.taken(rows)
-        differing = Differing(
-            owner.take(rows), weight.take(rows, axis=0), some, origins.take(rows, axis=0),
-            places.group.take(some.row), np.full(len(rows), aimed),
-        )  # fmt: skip
+        known = owner.take(rows), weight.take(rows, axis=0), some
+        differing = Differing(*known, origins.take(rows, axis=0), places.group.take(some.row))
         ways = self._reflected[0].landed(origins.take(others, axis=0), rays.directions.take(others, axis=0))
         return differing, ways.owned(others.take(ways.owner))
 
@@ -308,22 +289,22 @@ class Differences:
         rays = Differing.joined(differing)
         light, sent = np.zeros((2, len(rays.owner), 3))
         state = generator.bit_generator.state
-        for side, reflected, sign in zip(self._scenes, self._reflected, (1.0, -1.0), strict=True):
+        for reflected, sign in zip(self._reflected, (1.0, -1.0), strict=True):
             # Where both scenes are the same, both rays go the same ways on.
             generator.bit_generator.state = state
-            lights, others = self._seen(side, reflected, rays, generator)
+            lights, others = self._seen(reflected, rays, generator)
             light += sign * lights
             sent += sign * others
         return len(differing[0].owner), light, sent
 
-    def _seen(self, side: Surfaces, reflected, differing: Differing, generator) -> tuple[np.ndarray, np.ndarray]:
+    def _seen(self, reflected: ReflectedLight, differing: Differing, generator) -> tuple[np.ndarray, np.ndarray]:
         """The light (R, 3) W/m^2, parts of the mean, and the radiosity (R, 3), that rays see in one scene."""
-        origins, rays = differing.origins, differing.rays
+        origins, rays, shadows = differing.origins, differing.rays, reflected.shadows
         light, sent = np.zeros((2, len(origins), 3))
-        for surfaces, sources in side.shadows.ways(side.surroundings):
+        for surfaces, sources in shadows.ways(reflected.surroundings):
             for rows, hits, share in surfaces.met(origins, rays.directions):
-                light[rows] += emitted(sources, rays, origins, rows, hits, share, differing.aimed.take(rows))
-                if surfaces is side.shadows.between.surfaces:
+                light[rows] += emitted(sources, rays, origins, rows, hits, share, AIMED)
+                if surfaces is shadows.between.surfaces:
                     ways = origins, rays.directions, rows, hits
                     found = reflected.sent(*ways, differing.group, self._lamps, generator)
                     sent[rows] += share * found[:, :3]
@@ -342,11 +323,9 @@ class Differences:
         known = self._known.take(views.cell)
         unknown = np.zeros(len(row), bool)
         unknown[views.ray[~known]] = True
-        found = np.zeros((len(row), 3))
         used = np.flatnonzero((outside & ~unknown).take(views.ray))
         more = self._delta.take(views.cell.take(used), axis=0) * views.share.take(used, axis=0)
-        for channel in range(3):
-            found[:, channel] = np.bincount(views.ray.take(used), more[:, channel], len(row))
+        found = group_sums(more, views.ray.take(used), len(row))
         usual = np.abs(found).sum(axis=1).reshape(-1, VIEWS).mean(axis=1) / np.maximum(noise, 1e-300)
         chance = np.clip(np.minimum(usual, 1.0) ** 2, LEAST_FOLLOWED, 1.0).take(row)
         again = np.flatnonzero(outside & unknown & (generator.random(len(row)) < chance))
@@ -372,9 +351,7 @@ class Differences:
             differing.append(some)
             owners.append(owner)
             found.append(light)
-        more = np.zeros((len(group), 3))
-        add_rows(more, np.concatenate(owners), np.concatenate(found))
-        return more, differing
+        return group_sums(np.concatenate(found), np.concatenate(owners), len(group)), differing
 
     def _around(self, ways: Ways, group: np.ndarray, generator) -> tuple[Ways, Differing, np.ndarray, np.ndarray]:
         """Where rays from the ends of ``ways`` go on to, and those that may see what changed; and to which owners (K,)
@@ -382,11 +359,11 @@ class Differences:
         normals = ways.landings.normals
         places = WantedPlaces(ways.landings.stands, normals, normals, group)
         sight = Sight.of(self._balls, places.origins, normals)
-        row, light = self._lights.aimed(sight, places, self._lamps, 1, generator)
+        row, light = self._lights.aimed(sight, places, self._lamps, AIMED, generator)
         owner, light = ways.owner.take(row), ways.weight.take(row, axis=0) * light
         rays = sight.rays(generator)
         weight = ways.weight.take(rays.row, axis=0)
-        differing, same = self._parted(ways.owner.take(rays.row), weight, rays, places, 1)
+        differing, same = self._parted(ways.owner.take(rays.row), weight, rays, places)
         onward = [same.weighted(rays.scale.take(same.owner)).owned(rays.row.take(same.owner))]
         directions = cosine_hemisphere(normals, generator.random((len(places), 2)))
         outside = np.flatnonzero(sight.ball(np.arange(len(places)), directions) < 0)
@@ -404,7 +381,6 @@ class Differing(Rows):
     rays     where they go
     origins  (R, 3) metres
     group    (R,) of what is known of the lamps
-    aimed    (R,) beside how many rays to each light they count
     """
 
     owner: np.ndarray
@@ -412,10 +388,3 @@ class Differing(Rows):
     rays: Rays
     origins: np.ndarray
     group: np.ndarray
-    aimed: np.ndarray
-
-
-def add_rows(total: np.ndarray, rows: np.ndarray, more: np.ndarray) -> None:
-    """Add ``more`` (K, 3) to those ``rows`` (K,) of ``total`` (N, 3), which may come several times."""
-    for channel in range(3):
-        total[:, channel] += np.bincount(rows, more[:, channel], len(total))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -39,6 +39,10 @@ from ..result import BakeResult
 from ..scene import Scene
 from ..segments import Segments
 from ..settings import BakeSettings
+from .differences import Views, WantedPlaces
+
+#: No difference need be known better than this share of the light.
+LEAST_NOISE = 1e-3
 
 
 @dataclass(frozen=True)
@@ -172,6 +176,22 @@ class FirstBake:
         found = ReflectedLight(self.scene, self.caster, lights, records.finder, self.settings.bounces)
         found.know(records.direct, records.indirect)
         return found
+
+    @cached_property
+    def wanted(self) -> WantedPlaces:
+        """From where the points look."""
+        return WantedPlaces(self.places.origins, self.points.normals, self.points.facing, self.lamps.group)
+
+    @cached_property
+    def noise(self) -> float:
+        """The relative error of half of the points at most, which may all be known exactly."""
+        return max(float(np.median(self.result.light.relative_errors)), LEAST_NOISE)
+
+    def look(self) -> Iterator[object]:
+        """Find out what the points see, step by step, unless that is known: the attribute ``views``."""
+        if "views" not in vars(self):
+            finding = Views.of(self.wanted, self.reflected, self.records.finder, self.settings.seed)
+            vars(self)["views"] = yield from finding
 
     @cached_property
     def nearby_lamps(self) -> NearbyLamps:

@@ -6,7 +6,7 @@ and a scene that is again what it was has its first light.
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
+from collections.abc import Generator
 from dataclasses import replace
 
 import numpy as np
@@ -19,6 +19,7 @@ from ..errors import InvalidSettingError, NotUpdatableError
 from ..estimator.enclosure import hidden_points
 from ..estimator.standpoints import Standpoints, standpoints
 from ..fit.vertex_fit import ShownErrors, VertexFit
+from ..gather.reflected_light import ReflectedLight
 from ..irradiance import Irradiance
 from ..parallel import ordered_map, slices
 from ..photons.emission import lights_of
@@ -33,7 +34,7 @@ from ..settings import BakeSettings
 from ..stages import Stopwatch, collected
 from .changed_light import ChangedRecords
 from .changed_places import Balls, Sight
-from .differences import NOISE, POINTS_PER_CHUNK, Differences, LightDifferences, Surfaces, Views, WantedPlaces
+from .differences import NOISE, POINTS_PER_CHUNK, Differences, LightDifferences
 from .first_bake import FirstBake
 from .matching import light_scale, same_lights, same_points, same_triangles
 
@@ -49,9 +50,6 @@ LEAST_BOUNCES = 24
 
 #: The scene may grow by this share of its radius: lights far away send their photons at the scene as it was.
 GROWTH = 1e-6
-
-#: No difference need be known better than this share of the light.
-LEAST_NOISE = 1e-3
 
 #: Why scenes with metals and glass are not updated.
 SPECULAR = "light off mirrors and through glass cannot be updated"
@@ -82,7 +80,7 @@ class BakeSession:
             raise NotUpdatableError(SPECULAR)
         self._scene, self._points, self._settings = scene, points, settings
         self._journal = PhotonJournal(limit)
-        self._base: _Base | None = None
+        self._first: FirstBake | None = None
         self._dark = False
         self.effort = 0.0
 
@@ -90,14 +88,14 @@ class BakeSession:
     def of(cls, first: FirstBake) -> BakeSession:
         """A session whose ``first`` bake was made by another one."""
         session = cls(first.scene, first.points, first.settings)
-        session._base = _Base(first)
+        session._first = first
         return session
 
     @property
     def kept(self) -> FirstBake:
         """What is kept of the first bake; raises as :meth:`check`."""
         self.check()
-        return self._base.first
+        return self._first
 
     def bake(self, fit: VertexFit | None = None, crew: Crew | None = None) -> Stage:
         """The first bake, as :func:`..bake.bake` does it; the light is the same."""
@@ -106,7 +104,7 @@ class BakeSession:
         self._dark = not work.gathers
         if not (self._journal.full or self._dark):
             given = self._scene, self._points, self._settings
-            self._base = _Base(FirstBake.of(*given, work, self._journal.paths(), result))
+            self._first = FirstBake.of(*given, work, self._journal.paths(), result)
         return result
 
     def check(self) -> None:
@@ -115,7 +113,7 @@ class BakeSession:
         self._journal.check()
         if self._dark:
             raise NotUpdatableError("nothing in the scene reflects light")
-        if self._base is None:
+        if self._first is None:
             raise NotUpdatableError("there is no finished bake to update")
 
     def update(self, scene: Scene, points: Points, fit: VertexFit | None = None) -> Stage:
@@ -125,52 +123,29 @@ class BakeSession:
         NotUpdatableError before all work where nothing can be kept, and as :meth:`check`; then a new bake is due.
         """
         self.check()
-        work = _Update(self._base, scene, points, fit)
+        work = _Update(self._first, scene, points, fit)
         result = yield from work.steps()
-        self.effort = work.rays / max(self._base.first.ray_count[1], 1)
+        self.effort = work.rays / max(self._first.ray_count[1], 1)
         return result
 
 
-class _Base:
-    """The ``first`` bake, and its ``views`` once they are known."""
-
-    def __init__(self, first: FirstBake):
-        self.first, self.views = first, None
-        places = first.places.origins, first.points.normals, first.points.facing
-        #: from where the points look
-        self.places = WantedPlaces(*places, first.lamps.group)
-        #: the relative error of half of the points at most, which may all be known exactly
-        self.noise = max(float(np.median(first.result.light.relative_errors)), LEAST_NOISE)
-
-    @property
-    def rays_per_point(self) -> float:
-        """That a point casts which is found anew."""
-        return self.first.common_rounds * self.first.ray_count[0]
-
-    def look(self) -> Iterator[object]:
-        """Find out what the points see, step by step, unless that is known."""
-        if self.views is None:
-            first = self.first
-            self.views = yield from Views.of(self.places, first.reflected, first.records.finder, first.settings.seed)
-
-
 class _Update:
-    """One update of a ``base``, stage by stage."""
+    """One update of the ``first`` bake, stage by stage."""
 
-    def __init__(self, base: _Base, scene: Scene, points: Points, fit: VertexFit | None):
+    def __init__(self, first: FirstBake, scene: Scene, points: Points, fit: VertexFit | None):
         # Light is in proportion to the strength of its sources, so that no other is to be found.
-        scale = light_scale(base.first.scene.lights, scene.lights)
+        scale = light_scale(first.scene.lights, scene.lights)
         self._scale = None if scale is None or (scale == 1.0).all() else scale
         if self._scale is not None and not scene.emission.any():
-            scene = replace(scene, lights=base.first.scene.lights)
-        self._base, self._first = base, base.first
+            scene = replace(scene, lights=first.scene.lights)
+        self._first = first
         self._scene, self._points, self._fit = scene, points, fit
         self._lights = lights_of(scene)
         self.rays = 0  # from points that are found anew
         self._stopwatch = Stopwatch("radius", "place", "shadow", "trace", "gather")
         if scene.specular is not None:
             raise NotUpdatableError(SPECULAR)
-        if not same_lights(base.first.shining, self._lights):
+        if not same_lights(first.shining, self._lights):
             raise NotUpdatableError("the lights have changed, so that all light is another")
         self._find_changes()
 
@@ -186,25 +161,25 @@ class _Update:
         self._caster = RayCaster(scene.corners, first.points.centres)
         balls = Balls.around(first.scene.corners[gone], scene.corners[come])
         parts = [c.part(rows) for c, rows in ((first.caster, gone), (self._caster, come)) if len(rows)]
-        before = Surfaces.of(first.scene, first.caster, first.shining)
-        self._changes = LightDifferences(before, Surfaces.of(scene, self._caster, self._lights), balls, parts)
+        after = ReflectedLight(scene, self._caster, self._lights, first.records.finder, 1)
+        self._changes = LightDifferences(first.reflected, after, balls, parts)
         self._same = same_points(first.points, self._points)
 
     def steps(self) -> Stage:
-        base, timed = self._base, self._stopwatch.timed
+        first, timed = self._first, self._stopwatch.timed
         yield Progress("Looking for what changed", 0.0)
         anew = yield from during("Looking for what changed", 0.0, timed("shadow", self._to_find_anew()))
         yield Progress("Placing the points", 0.05)
-        if len(self._changes.balls) == 0 and np.array_equal(self._same, np.arange(len(base.first.points))):
-            return self._in_scale(replace(base.first.result, seconds=self._stopwatch.seconds))
+        if len(self._changes.balls) == 0 and np.array_equal(self._same, np.arange(len(first.points))):
+            return self._in_scale(replace(first.result, seconds=self._stopwatch.seconds))
         rows = np.flatnonzero(anew)
         places = yield from during("Placing the points", 0.05, timed("place", self._stand(rows)))
         yield Progress("Tracing photons", 0.1)
-        records = ChangedRecords(base.first, self._scene, self._caster, self._changes, self._lights)
+        records = ChangedRecords(first, self._scene, self._caster, self._changes, self._lights)
         tracing = records.trace()
         yield from during("Tracing photons", 0.1, timed("trace", tracing))
         yield Progress("Placing the records", 0.2)
-        kept = base.places.taken(np.unique(self._same[~anew]))
+        kept = first.wanted.taken(np.unique(self._same[~anew]))
         placing = records.place(kept, places, self._points.facing[rows])
         yield from during("Placing the records", 0.2, timed("place", placing))
         yield Progress("Lighting the records", 0.3)
@@ -220,23 +195,23 @@ class _Update:
     def _to_find_anew(self) -> Generator[None, None, np.ndarray]:
         """Which points (N,) are new, near to what changed, see much of it, or are in light that comes straight from a
         light and changed."""
-        base, balls = self._base, self._changes.balls
+        first, balls = self._first, self._changes.balls
         anew = self._same < 0
         anew |= balls.distances(self._points.centres) < NEAR
         if len(balls) == 0:
             return anew
-        lamps, group = base.first.nearby_lamps, base.places.group[self._same]
+        lamps, group = first.nearby_lamps, first.wanted.group[self._same]
         # Of two scenes, differences take twice the rays.
-        dear, noise = 0.5 * base.rays_per_point, NOISE * base.noise
+        dear, noise = 0.5 * first.common_rounds * first.ray_count[0], NOISE * first.noise
         rows = np.flatnonzero(~anew)
         for part in slices(len(rows), POINTS_PER_CHUNK):
-            some = base.places.taken(self._same[rows[part]])
+            some = first.wanted.taken(self._same[rows[part]])
             anew[rows[part]] = Sight.of(balls, some.origins, some.normals, noise).count.sum(axis=0) > dear
 
         def shaded(task: tuple[int, np.ndarray]) -> np.ndarray:
             count, rows = task
-            some = base.places.taken(self._same[rows])
-            generator = random_stream(base.first.settings.seed, "changes", 0, count, rows[0])
+            some = first.wanted.taken(self._same[rows])
+            generator = random_stream(first.settings.seed, "changes", 0, count, rows[0])
             sight = Sight.of(balls, some.origins, some.normals)
             row, light = self._changes.aimed(sight, some, lamps, count, generator)
             return rows[np.unique(row[light.any(axis=1)])]
@@ -293,31 +268,27 @@ class _Update:
         self, records: ChangedRecords, kept: np.ndarray
     ) -> Generator[object, None, tuple[Irradiance, Irradiance]]:
         """By how much direct and indirect light differ at the ``kept`` points (N,)."""
-        base = self._base
-        differences = Differences(
-            self._changes,
-            (records.reflected, base.first.reflected),
-            base.first.records.finder,
-            *records.delta,
-            base.first.nearby_lamps,
-        )
-        yield from base.look()
+        first = self._first
+        reflected = records.reflected, first.reflected
+        known = first.records.finder, *records.delta, first.nearby_lamps
+        differences = Differences(self._changes, reflected, *known)
+        yield from first.look()
         # In the order of the first bake, whose views are kept.
         olds = self._same[kept]
-        wanted = np.zeros(len(base.first.points), bool)
+        wanted = np.zeros(len(first.points), bool)
         wanted[olds] = True
-        usual = base.first.result.irradiance.sum(axis=1)
+        usual = first.result.irradiance.sum(axis=1)
 
         def found(rows: slice):
-            generator = random_stream(base.first.settings.seed, "changes", 1, rows.start)
+            generator = random_stream(first.settings.seed, "changes", 1, rows.start)
             some, light = rows.start + np.flatnonzero(wanted[rows]), np.zeros((4, rows.stop - rows.start, 3))
             if len(some):
-                places, views = base.places.taken(some), base.views.taken(some)
-                sums = differences.at(places, views, usual[some], base.noise, generator)
+                places, views = first.wanted.taken(some), first.views.taken(some)
+                sums = differences.at(places, views, usual[some], first.noise, generator)
                 light[:, some - rows.start] = [part for each in sums for part in (each.value, each.squared)]
             return light
 
-        parts = yield from collected(ordered_map(found, slices(len(base.first.points), POINTS_PER_CHUNK)))
+        parts = yield from collected(ordered_map(found, slices(len(first.points), POINTS_PER_CHUNK)))
         direct, direct_error, indirect, indirect_error = np.concatenate(parts, axis=1)[:, olds]
         return Irradiance(direct, np.sqrt(direct_error)), Irradiance(indirect, np.sqrt(indirect_error))
 

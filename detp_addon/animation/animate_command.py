@@ -14,40 +14,32 @@ from .frames import Frames
 _RANGE = re.compile(r"(-?\d+)(?:-|\.\.|:)(-?\d+)")
 
 
+# fmt: off
 def add_bake_animation(commands) -> None:
     """Add the subcommand to argparse's ``commands``."""
     bake = commands.add_parser(
         "bake-animation", help="bake the light of a scene over frames, which then plays in Blender",
         description="Bake each frame's light into the vertex colours of a scene, so that it plays back.",
-    )  # fmt: skip
-    bake.set_defaults(run=_run, split=False, by_light=False, subdivide=0, cluster=None, jobs=1)
-    bake.add_argument("scene_file", metavar="SCENE.blend")
-    bake.add_argument("--frames", type=_range, required=True, metavar="A-B", help="the first and the last frame")
-    bake.add_argument(
-        "--every", type=int, default=1, metavar="N",
-        help="bake every so many frames, and the last; the light of those between is blended (default: 1)",
-    )  # fmt: skip
-    bake.add_argument(
-        "--moving-only", action="store_true",
-        help="bake objects that do not move once, at the first frame: they show no shadow or light of those that do",
-    )  # fmt: skip
-    bake.add_argument(
-        "--whole", action="store_true",
-        help="bake each frame as a whole, though it may be an update of the first: exactly what a still bake gives",
-    )  # fmt: skip
-    bake.add_argument(
-        "-o", dest="output", metavar="OUT.blend", help="where it goes (default: <scene>_animated.blend beside it)"
     )
-    bake.add_argument(
-        "--texture", metavar="FILE.exr",
-        help="also write the light for engines: a texture of vertices by frames, FILE.json that says how it is read, "
-        "and a UV map in the output that points into it",
-    )  # fmt: skip
-    bake.add_argument("--report", metavar="FILE.json", help="say there what was done")
-    bake.add_argument("--quiet", action="store_true", help="print errors only")
-    bake.add_argument("--dry-run", action="store_true", help="bake nothing, but say how long it is likely to take")
+    bake.set_defaults(run=_run, split=False, by_light=False, subdivide=0, cluster=None, jobs=1)
+    add = bake.add_argument
+    add("scene_file", metavar="SCENE.blend")
+    add("--frames", type=_range, required=True, metavar="A-B", help="the first and the last frame")
+    add("--every", type=int, default=1, metavar="N", help="bake every so many frames, and the last; the light of those "
+        "between is blended (default: 1)")
+    add("--moving-only", action="store_true", help="bake objects that do not move once, at the first frame: they show "
+        "no shadow or light of those that do")
+    add("--whole", action="store_true", help="bake each frame as a whole, though it may be an update of the first: "
+        "exactly what a still bake gives")
+    add("-o", dest="output", metavar="OUT.blend", help="where it goes (default: <scene>_animated.blend beside it)")
+    add("--texture", metavar="FILE.exr", help="also write the light for engines: a texture of vertices by frames, "
+        "FILE.json that says how it is read, and a UV map in the output that points into it")
+    add("--report", metavar="FILE.json", help="say there what was done")
+    add("--quiet", action="store_true", help="print errors only")
+    add("--dry-run", action="store_true", help="bake nothing, but say how long it is likely to take")
     add_what(bake)
     add_how(bake)
+# fmt: on
 
 
 def _range(text: str) -> tuple[int, int]:

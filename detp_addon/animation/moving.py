@@ -36,12 +36,9 @@ def is_animated(obj: bpy.types.Object, known: frozenset = frozenset()) -> bool:
     kinds = {modifier.type for modifier in obj.modifiers if modifier.show_render}
     if kinds & _THEMSELVES:
         return True
-    movers = [obj.parent, *(_mover(modifier) for modifier in obj.modifiers if modifier.type in _OTHERS)]
-    return any(is_animated(mover, known | {obj}) for mover in movers)
-
-
-def _mover(modifier: bpy.types.Modifier) -> bpy.types.Object | None:
-    return getattr(modifier, "object", None) or getattr(modifier, "target", None)
+    others = [modifier for modifier in obj.modifiers if modifier.type in _OTHERS]
+    movers = [getattr(each, "object", None) or getattr(each, "target", None) for each in others]
+    return any(is_animated(mover, known | {obj}) for mover in (obj.parent, *movers))
 
 
 def _has_keys(data) -> bool:

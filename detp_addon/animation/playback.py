@@ -16,7 +16,7 @@ import numpy as np
 from ...core.errors import AttributeNameTakenError
 from ..wording import some
 from ..writing.baked_layers import put_mark
-from ..writing.write_attributes import LONGEST_NAME
+from ..writing.write_attributes import LONGEST_NAME, remove_attribute
 from .frames import Frames
 
 #: the custom property of a mesh: {attribute: {"first", "last", "every": frames}}; and of a node group: the attribute
@@ -82,7 +82,7 @@ def write_playback(
         if modifier is None:
             modifier = obj.modifiers.new(f"Baked light: {attribute}", "NODES")
             obj.modifiers.move(len(obj.modifiers) - 1, 0)
-            undo.callback(_remove_modifier, obj, modifier.name)
+            undo.callback(lambda obj=obj, name=modifier.name: obj.modifiers.remove(obj.modifiers[name]))
         else:
             undo.callback(setattr, modifier, "node_group", modifier.node_group)
         modifier.node_group = group
@@ -130,7 +130,7 @@ def _write_key(obj: bpy.types.Object, name: str, domain: str, rgb: np.ndarray, u
     layer = layers.get(name)
     if layer is None:
         layer = layers.new(name, "FLOAT_VECTOR", domain)
-        undo.callback(_remove_attribute, obj.data, layer.name)
+        undo.callback(remove_attribute, obj.data, layer.name)
     elif (layer.data_type, layer.domain) == ("FLOAT_VECTOR", domain):
         kept = np.empty(3 * len(layer.data), np.float32)
         layer.data.foreach_get("vector", kept)
@@ -145,14 +145,6 @@ def _remove_keys(mesh: bpy.types.Mesh, attribute: str, first: int) -> None:
     while (layer := mesh.attributes.get(key_name(attribute, first))) is not None:
         mesh.attributes.remove(layer)
         first += 1
-
-
-def _remove_attribute(mesh: bpy.types.Mesh, name: str) -> None:
-    mesh.attributes.remove(mesh.attributes[name])
-
-
-def _remove_modifier(obj: bpy.types.Object, name: str) -> None:
-    obj.modifiers.remove(obj.modifiers[name])
 
 
 def _remove_unused_groups() -> None:

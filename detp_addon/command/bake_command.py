@@ -25,7 +25,7 @@ def run_bake(arguments: argparse.Namespace) -> int:
         raise InvalidSettingError(
             "Kept are bakes of one scene, by this machine: leave --all-scenes and --cluster away."
         )
-    scenes = find_scenes(arguments.scenes, arguments.recursive, _standard_input(), arguments.output)
+    scenes = find_scenes(arguments.scenes, arguments.recursive, getattr(sys.stdin, "buffer", None), arguments.output)
     outputs = plan_outputs(scenes, arguments.output)
     previews, report = plan_side_files(scenes, arguments.preview, arguments.report)
     paths = zip((scene.path for scene in scenes), outputs, previews, strict=True)
@@ -33,7 +33,3 @@ def run_bake(arguments: argparse.Namespace) -> int:
     options["jobs"] = min(arguments.jobs, len(jobs))
     wishes = arguments.jobs, arguments.time_limit, arguments.resume, arguments.dry_run
     return int(bake_batch(Batch(jobs, options, report, arguments.quiet, *wishes)) > 0)
-
-
-def _standard_input():
-    return getattr(sys.stdin, "buffer", None)

@@ -7,13 +7,9 @@ import traceback
 from collections.abc import Generator
 from contextlib import closing
 from dataclasses import replace
-from pathlib import Path
 from typing import Protocol
 
-import bpy
-
 from ...core.errors import DetpError, InvalidSettingError
-from ...core.forecast import forecast
 from ...core.memory import keep_memory, memory_errors_named
 from ...core.settings import QUALITIES
 from ..chosen_objects import chosen_objects, likely_points, targets_in
@@ -23,7 +19,7 @@ from ..files.open_files import check_readable, is_compressed, open_blend
 from ..files.write_files import check_writable, replace_file, save_blend
 from ..job import bake_scene
 from ..materials.use_light import use_in_materials
-from ..mixing.light_groups import likely_groups
+from ..mixing.light_groups import likely_bake
 from ..preview.render_preview import render_preview
 from ..report import BakeReport
 from ..request import BakeRequest
@@ -188,9 +184,7 @@ def _foreseen(job: SceneJob, request: BakeRequest, choice: ViewChoice) -> list[d
     seconds, entries = 2.0 * (time.perf_counter() - begin), []
     for scene, layer in chosen_views(choice):
         points = likely_points(scene, layer, targets_in(scene, request.targets))
-        groups = likely_groups(scene, layer) if request.by_light else 1
-        likely = forecast(points, request.settings)
-        likely = replace(likely, seconds=likely.seconds * (groups if request.settings.seconds is None else 1))
+        likely = likely_bake(scene, layer, request, points)
         entries.append(
             {
                 "scene": str(job.scene), "output": str(job.output), "blender_scene": scene.name,
@@ -242,9 +236,10 @@ def finished_bake(steps: Generator, title: str, display: Display) -> BakeReport:
 def _draw(job: SceneJob, request: BakeRequest, views: list[View], entries: list[dict], display: Display) -> None:
     """Draw the previews that are wanted of the views just baked, and say how bright."""
     for (scene, layer), path in zip(views, previews_of(job, entries), strict=False):
+        stops = []
         with blender_silenced():
-            exposure = _drawn(path, scene, layer, request.attribute)
-        display.line(f"Drew {path}, exposed by {round(exposure, 1) + 0.0:+.1f} stops")
+            replace_file(path, lambda made: stops.append(render_preview(scene, layer, request.attribute, made)))  # noqa: B023 - called at once
+        display.line(f"Drew {path}, exposed by {round(stops[0], 1) + 0.0:+.1f} stops")
 
 
 def _draw_again(job: SceneJob, request: BakeRequest, entries: list[dict], display: Display) -> None:
@@ -255,9 +250,3 @@ def _draw_again(job: SceneJob, request: BakeRequest, entries: list[dict], displa
         open_blend(job.output)
     views = [view for each in entries for view in chosen_views(ViewChoice(each["blender_scene"], each["view_layer"]))]
     _draw(job, request, views, entries, display)
-
-
-def _drawn(path: Path, scene: bpy.types.Scene, layer: bpy.types.ViewLayer, attribute: str) -> float:
-    exposures = []
-    replace_file(path, lambda made: exposures.append(render_preview(scene, layer, attribute, made)))
-    return exposures[0]

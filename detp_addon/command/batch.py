@@ -13,7 +13,7 @@ from ..report import to_json
 from ..steps import JobProgress
 from .blender_output import blender_silenced
 from .jobs import SKIPPED, Batch, Outcome, done_before, previews_of, skipped
-from .processes import Running, outcomes_apart
+from .processes import outcomes_apart
 from .progress import ProgressDisplay
 from .summary import failure_lines, table_lines
 
@@ -86,8 +86,8 @@ def _apart(batch: Batch, display: ProgressDisplay) -> Iterator[tuple[int, Outcom
     with closing(outcomes_apart(batch)) as events:
         for number, event in events:
             job = batch.jobs[number]
-            if isinstance(event, Running):
-                states[number] = event.progress
+            if isinstance(event, JobProgress):
+                states[number] = event
             else:
                 states.pop(number, None)
                 finished, failed = finished + 1, failed + (event.outcome.failure is not None)

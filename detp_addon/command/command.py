@@ -51,24 +51,11 @@ def main(argv: list[str] | None = None) -> int:
         return FAILED
 
 
-def register_command():
-    """Make ``blender --command detp`` run this program; returns the handle to unregister it with."""
-    import bpy
-
-    return bpy.utils.register_cli_command("detp", _inside_blender)
-
-
-def _inside_blender(argv: list[str]) -> int:
+def inside_blender(argv: list[str]) -> int:
+    """The same for ``blender --command detp``."""
     with suppress(ValueError):  # not in the main thread, where no signal arrives anyway
         end_on_signals(alone=False)
     return main(argv)
-
-
-def unregister_command(handle) -> None:
-    """Take back what :func:`register_command` did."""
-    import bpy
-
-    bpy.utils.unregister_cli_command(handle)
 
 
 class _Parser(argparse.ArgumentParser):

@@ -99,10 +99,7 @@ def previews_of(job: SceneJob, entries: list[dict]) -> list[Path]:
         return []
     if len(entries) == 1:
         return [job.preview]
-    return [_with_name(job.preview, entry["blender_scene"]) for entry in entries]
-
-
-def _with_name(path: Path, name: str) -> Path:
-    """The path with a scene's name added, in which a slash or the like would be a folder."""
-    plain = "".join(letter if letter.isalnum() or letter in " -_." else "_" for letter in name)
-    return path.with_name(f"{path.stem}_{plain}{path.suffix}")
+    path = job.preview
+    # In a scene's name a slash or the like would be a folder.
+    names = ("".join(c if c.isalnum() or c in " -_." else "_" for c in entry["blender_scene"]) for entry in entries)
+    return [path.with_name(f"{path.stem}_{name}{path.suffix}") for name in names]

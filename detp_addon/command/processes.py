@@ -43,13 +43,6 @@ _starting = threading.Lock()
 _ending = False
 
 
-@dataclass(frozen=True)
-class Running:
-    """Where a file's bake stands."""
-
-    progress: JobProgress
-
-
 @dataclass
 class Ended:
     """What became of a file, the ``lines`` that its bake had to say, and its complaints of faults of the program."""
@@ -59,8 +52,8 @@ class Ended:
     complaints: list[str] = field(default_factory=list)
 
 
-def outcomes_apart(batch: Batch) -> Iterator[tuple[int, Running | Ended]]:
-    """Bake the files of ``batch`` by processes; yields what happens to each, by the job's number.
+def outcomes_apart(batch: Batch) -> Iterator[tuple[int, JobProgress | Ended]]:
+    """Bake the files of ``batch`` by processes; yields where each stands and how it ended, by the job's number.
 
     Closing it ends all processes. Raises InvalidSettingError when a process finds that no file can be baked with
     the options.
@@ -193,7 +186,7 @@ def command() -> list[str]:
 def _heard(said: dict, ended: Ended, tell) -> None:
     """Take what a process says."""
     if "progress" in said:
-        tell(Running(JobProgress(*said["progress"])))
+        tell(JobProgress(*said["progress"]))
     elif "line" in said:
         ended.lines.append(said["line"])
     elif "complaint" in said:

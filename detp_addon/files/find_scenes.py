@@ -6,6 +6,7 @@ import glob
 import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import takewhile
 from pathlib import Path
 from typing import BinaryIO
 
@@ -74,7 +75,7 @@ def _below(root: Path, recursive: bool, output: str | None) -> Iterator[Path]:
 
 
 def _matching(pattern: str, recursive: bool, output: str | None) -> Iterator[FoundScene]:
-    fixed = Path(*_fixed_parts(Path(pattern).parts[:-1]))
+    fixed = Path(*takewhile(lambda part: not glob.has_magic(part), Path(pattern).parts[:-1]))
     paths = [Path(match) for match in sorted(glob.glob(pattern, recursive=recursive))]
     names: dict[Path, set[str]] = {}
     for path in paths:
@@ -94,13 +95,6 @@ def _is_below(path: Path, output: str | None, root: Path) -> bool:
     """Whether the file lies in the folder ``output``, and that lies below ``root``."""
     out = None if output is None else Path(os.path.realpath(output))
     return out in Path(os.path.realpath(path)).parents and Path(os.path.realpath(root)) in out.parents
-
-
-def _fixed_parts(parts: Iterable[str]) -> Iterator[str]:
-    for part in parts:
-        if glob.has_magic(part):
-            return
-        yield part
 
 
 def _is_scene(name: str, beside: Iterable[str]) -> bool:

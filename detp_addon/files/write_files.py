@@ -71,7 +71,9 @@ def replace_file(path: Path, write: Callable[[Path], None], room: int = 0) -> No
         with temporary_name(place.parent, path.suffix or ".part") as made:
             try:
                 write(made)
-                _settle(made)
+                # Some disks write it to where it lies only now, or find that they cannot.
+                with open(made, "r+b") as file:
+                    os.fsync(file.fileno())
                 check_whole(made)
                 if place.exists():
                     shutil.copymode(place, made)
@@ -137,12 +139,6 @@ def _target(path: Path) -> Path:
     if is_special(place):
         raise UnwritableFileError(f"Cannot write '{path}': it is a pipe or a device, not a file.")
     return place
-
-
-def _settle(made: Path) -> None:
-    """Have the file written to where it lies, which some disks do only now, or find that they cannot."""
-    with open(made, "r+b") as file:
-        os.fsync(file.fileno())
 
 
 def _is_full(folder: Path, room: int) -> bool:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable
+from collections.abc import Hashable
 from dataclasses import dataclass, replace
+from itertools import count
 
 import bpy
 import numpy as np
 
+from ...core.forecast import Forecast, forecast
 from ...core.scene import Scene
 from ..reading.read_scene import WORLD, ExportedScene
+from ..request import BakeRequest
 from ..wording import counted
 from ..writing.write_attributes import LONGEST_NAME
 
@@ -75,6 +78,14 @@ def lit_by(export: ExportedScene, group: LightGroup) -> Scene:
     )
 
 
+def likely_bake(scene, view_layer, request: BakeRequest, points: int, factor: float = 1.0) -> Forecast:
+    """What baking so many ``points`` is likely to take, times ``factor``; by light each group is a bake of its own."""
+    likely = forecast(points, request.settings, factor)
+    if not request.by_light or request.settings.seconds is not None:
+        return likely
+    return replace(likely, seconds=likely.seconds * likely_groups(scene, view_layer))
+
+
 def likely_groups(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> int:
     """About how many groups a scene has, without looking at its materials."""
     lamps = [obj for obj in view_layer.objects if obj.type == "LIGHT" and not obj.hide_render]
@@ -114,16 +125,9 @@ def _by_lamp(export: ExportedScene, shines: bool) -> tuple[list[Hashable], list[
 
 def _unlike(name: str, taken: set[str]) -> str:
     """The name as far as an attribute's may be long, with a number where it is ``taken``, to which it is added."""
-    for found in _variants(name):
+    for number in count():
+        end = f".{number:03d}" if number else ""
+        found = name.encode()[: LONGEST_NAME - len(end)].decode(errors="ignore") + end
         if found not in taken:
             taken.add(found)
             return found
-
-
-def _variants(name: str) -> Iterable[str]:
-    """The name, and then the name with ever higher numbers."""
-    number = 0
-    while True:
-        end = f".{number:03d}" if number else ""
-        yield name.encode()[: LONGEST_NAME - len(end)].decode(errors="ignore") + end
-        number += 1

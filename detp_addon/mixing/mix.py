@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Iterable, Iterator
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from ...core.errors import EditModeError, InvalidSettingError, LightGroupNotFoundError, NotBakedError
 from ..materials.mesh_layers import drop_looks
+from ..wording import alike
 from ..writing.baked_layers import LAYERS_MARK, groups_of, note_mixture, stored_colours
 
 #: by group, the RGB by which its light is multiplied
@@ -75,8 +75,7 @@ def _gains(mixtures: Iterable[dict[str, dict]]) -> Gains:
 def _check_gains(gains: Gains, known: Gains, attribute: str) -> None:
     for name, gain in gains.items():
         if name not in known:
-            close = difflib.get_close_matches(name, known) or list(known)[:3]
-            there = " or ".join(f"'{other}'" for other in close)
+            there = alike(name, known)
             raise LightGroupNotFoundError(f"No light group '{name}' is in '{attribute}': did you mean {there}?")
         if not all(math.isfinite(channel) and channel >= 0 for channel in gain):
             raise InvalidSettingError(f"Light of '{name}' cannot be multiplied by {gain}: choose 0 or more.")

@@ -1,7 +1,7 @@
 """The panel's part for light that moves: which frames, which objects, bake it, remove it."""
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, IntProperty, PointerProperty
+from bpy.props import EnumProperty
 
 from ...core.errors import DetpError
 from ..animation.bake_animation import bake_animation
@@ -14,40 +14,29 @@ from .forecasts import forecast_of
 from .idle import Idle
 from .operators import BakeRunner
 from .panel import SidebarTab, settings_column
-from .properties import BakeOptions, attribute_name, bake_request, scene_options
+from .properties import BakeOptions, Flag, Whole, attribute_name, bake_request, scene_options
 
 
 class FrameOptions:
     """What the scene's settings and the operator's arguments have in common."""
 
-    own_range: BoolProperty(
-        name="Own Range",
-        description="Bake other frames than those that the scene renders",
-        default=False,
-        options={"SKIP_SAVE"},
+    own_range: Flag("Own Range", "Bake other frames than those that the scene renders", False)
+    first: Whole("First", "The first frame", 1)
+    last: Whole("Last", "The last frame", 48)
+    every: Whole(
+        "Every", "Bake every so many frames, and the last one. The light of those between is blended", 1, min=1
     )
-    first: IntProperty(name="First", description="The first frame", default=1, options={"SKIP_SAVE"})
-    last: IntProperty(name="Last", description="The last frame", default=48, options={"SKIP_SAVE"})
-    every: IntProperty(
-        name="Every",
-        description="Bake every so many frames, and the last one. The light of those between is blended",
-        default=1,
-        min=1,
-        options={"SKIP_SAVE"},
+    moving_only: Flag(
+        "Moving Only",
+        "Bake objects that do not move once, at the first frame. Smaller, and much faster where most stands still, but "
+        "they show no shadow or light of those that move",
+        False,
     )
-    moving_only: BoolProperty(
-        name="Moving Only",
-        description="Bake objects that do not move once, at the first frame. Smaller, and much faster where most "
-        "stands still, but they show no shadow or light of those that move",
-        default=False,
-        options={"SKIP_SAVE"},
-    )
-    whole: BoolProperty(
-        name="Whole Frames",
-        description="Bake each frame as a whole: exactly what a still bake gives there. Otherwise those after the "
-        "first are updates of it where that is possible, just as good and faster",
-        default=False,
-        options={"SKIP_SAVE"},
+    whole: Flag(
+        "Whole Frames",
+        "Bake each frame as a whole: exactly what a still bake gives there. Otherwise those after the first are "
+        "updates of it where that is possible, just as good and faster",
+        False,
     )
 
 
@@ -172,18 +161,6 @@ def _frame_options(scene: bpy.types.Scene) -> dict:
     return {name: getattr(scene.detp_animation, name) for name in FrameOptions.__annotations__}
 
 
-def register_animation() -> None:
-    """Give every scene its settings for animations as ``scene.detp_animation``."""
-    bpy.utils.register_class(DETP_PG_animation)
-    bpy.types.Scene.detp_animation = PointerProperty(type=DETP_PG_animation)
-
-
-def unregister_animation() -> None:
-    """Take ``scene.detp_animation`` away; the values stay in the file."""
-    del bpy.types.Scene.detp_animation
-    bpy.utils.unregister_class(DETP_PG_animation)
-
-
 def _draw_moving(layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:
     """Whether the active object moves, and the choice."""
     marked = obj.get(MOVING)
@@ -192,4 +169,4 @@ def _draw_moving(layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:
     layout.operator_menu_enum("detp.mark_moving", "moving", text="Selected Objects")
 
 
-CLASSES = (DETP_OT_bake_animation, DETP_OT_remove_animation, DETP_OT_mark_moving, DETP_PT_animation)
+CLASSES = (DETP_PG_animation, DETP_OT_bake_animation, DETP_OT_remove_animation, DETP_OT_mark_moving, DETP_PT_animation)

@@ -2,7 +2,7 @@
 
 import bpy
 import numpy as np
-from bpy.props import CollectionProperty, FloatProperty, FloatVectorProperty, PointerProperty, StringProperty
+from bpy.props import CollectionProperty, FloatProperty, FloatVectorProperty, StringProperty
 
 from ...core.errors import DetpError
 from ..mixing.mix import gains_of, has_mixture, mix
@@ -144,18 +144,4 @@ def _gain(entry: DETP_PG_light) -> tuple[float, float, float]:
     return tuple(entry.strength * channel for channel in entry.colour)
 
 
-def register_mixture() -> None:
-    """Give every scene its mixture as ``scene.detp_mix``."""
-    bpy.utils.register_class(DETP_PG_light)
-    bpy.utils.register_class(DETP_PG_mixture)
-    bpy.types.Scene.detp_mix = PointerProperty(type=DETP_PG_mixture)
-
-
-def unregister_mixture() -> None:
-    """Take ``scene.detp_mix`` away; the values stay in the file."""
-    del bpy.types.Scene.detp_mix
-    bpy.utils.unregister_class(DETP_PG_mixture)
-    bpy.utils.unregister_class(DETP_PG_light)
-
-
-CLASSES = (DETP_OT_find_lights, DETP_OT_reset_mix, DETP_PT_mixer)
+CLASSES = (DETP_PG_light, DETP_PG_mixture, DETP_OT_find_lights, DETP_OT_reset_mix, DETP_PT_mixer)

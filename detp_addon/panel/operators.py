@@ -112,7 +112,7 @@ class BakeRunner(Idle):
             chosen = chosen_objects(context.scene, context.view_layer, request.targets) or context.scene.objects
             standing = error_there([obj.data for obj in chosen if obj.type == "MESH"], request.attribute)
             latest_kept.begin(self._kept)
-            return session.begin(steps, expected, timed, standing)
+            return session.begin(steps, expected=expected, timed=timed, standing=standing)
         except DetpError as error:
             self.refused(error)
             return None

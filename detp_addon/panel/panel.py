@@ -1,5 +1,7 @@
 """The settings and the button, in the 3D View's sidebar and in the render properties."""
 
+from collections.abc import Iterator
+
 import bpy
 
 from ...core.errors import DetpError
@@ -110,38 +112,12 @@ class _Advanced:
             column.prop(settings, "keep_on_disk")
 
 
-class DETP_PT_bake(SidebarTab, _Bake, bpy.types.Panel):
-    """The bake in the sidebar."""
-
-
-class DETP_PT_output(SidebarTab, _Output, bpy.types.Panel):
-    """Its output."""
-
-    bl_parent_id = "DETP_PT_bake"
-
-
-class DETP_PT_advanced(SidebarTab, _Advanced, bpy.types.Panel):
-    """Its rarely used settings."""
-
-    bl_parent_id = "DETP_PT_bake"
-
-
-class DETP_PT_render_bake(RenderTab, _Bake, bpy.types.Panel):
-    """The bake in the render properties."""
-
-    bl_options = {"DEFAULT_CLOSED"}
-
-
-class DETP_PT_render_output(RenderTab, _Output, bpy.types.Panel):
-    """Its output."""
-
-    bl_parent_id = "DETP_PT_render_bake"
-
-
-class DETP_PT_render_advanced(RenderTab, _Advanced, bpy.types.Panel):
-    """Its rarely used settings."""
-
-    bl_parent_id = "DETP_PT_render_bake"
+def _panels(tab: type, prefix: str, **more) -> Iterator[type]:
+    """The panel of the bake in one of both places, and the two in it."""
+    bake = f"DETP_PT_{prefix}bake"
+    yield type(bake, (tab, _Bake, bpy.types.Panel), more)
+    for name, part in (("output", _Output), ("advanced", _Advanced)):
+        yield type(f"DETP_PT_{prefix}{name}", (tab, part, bpy.types.Panel), {"bl_parent_id": bake})
 
 
 def draw_in_render_menu(self, _context) -> None:
@@ -220,6 +196,4 @@ def _draw_update(beside: bpy.types.UILayout, layout: bpy.types.UILayout, context
         sentence(layout, context.window_manager.detp_live_note, line_length(context), "INFO")
 
 
-CLASSES = (
-    DETP_PT_bake, DETP_PT_output, DETP_PT_advanced, DETP_PT_render_bake, DETP_PT_render_output, DETP_PT_render_advanced,
-)  # fmt: skip
+CLASSES = (*_panels(SidebarTab, ""), *_panels(RenderTab, "render_", bl_options={"DEFAULT_CLOSED"}))

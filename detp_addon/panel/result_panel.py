@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import bpy
 
+from ...core.settings import GATHERERS
 from ..report import BakeReport
 from ..wording import counted, duration, percent
 from . import session
@@ -13,13 +14,6 @@ from .panel import SidebarTab
 
 #: entries of a list shown before "and so many more"
 MOST_LINES = 12
-
-GATHERER_NAMES = {
-    "disc-index": "Disc Indexing",
-    "sphere-cache": "Sphere Cache",
-    "hybrid": "Hybrid",
-    "brute-force": "Brute Force",
-}
 
 
 class DETP_PT_result(SidebarTab, bpy.types.Panel):
@@ -69,7 +63,7 @@ def _draw_search(layout: bpy.types.UILayout, report: BakeReport, units: bpy.type
     _figure(column, "Photons", number(report.photons))
     if report.photons:
         _figure(column, "Radius", length(report.radius, units))
-        _figure(column, "Gatherer", GATHERER_NAMES.get(report.gatherer, report.gatherer))
+        _figure(column, "Gatherer", GATHERERS.get(report.gatherer, report.gatherer))
     sentence(layout, report.gatherer_reason, width)
 
 

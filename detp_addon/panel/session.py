@@ -139,15 +139,10 @@ def running() -> RunningBake | None:
     return _latest if _latest is not None and _latest.outcome is None else None
 
 
-def begin(
-    steps: Generator[JobProgress, None, BakeReport],
-    expected: float | None = None,
-    timed: bool = False,
-    standing: float | None = None,
-) -> RunningBake:
-    """Make ``steps`` the running bake in place of one that is over; the rest is as in :class:`RunningBake`."""
+def begin(steps: Generator[JobProgress, None, BakeReport], **known) -> RunningBake:
+    """Make ``steps`` the running bake in place of one that is over; what is ``known`` is as in :class:`RunningBake`."""
     global _latest
-    _latest = RunningBake(steps, expected, timed, standing)
+    _latest = RunningBake(steps, **known)
     return _latest
 
 

@@ -48,14 +48,10 @@ def render_preview(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, attr
 
 def exposure_gain(scene: bpy.types.Scene, attribute: str) -> float:
     """The factor that brings EXPOSED_SHARE of the baked, lit colours below EXPOSED_TO; 1 when all are black."""
-    lit = [luminance[luminance > 0] for luminance in map(_luminance, _baked_layers(scene, attribute))]
+    layers = [obj.data.attributes[attribute] for obj in _baked_objects(scene, attribute)]
+    lit = [light[light > 0] for light in (stored_colours(layer)[:, :3] @ _LUMINANCE for layer in layers)]
     lit = np.concatenate(lit) if lit else np.empty(0)
     return EXPOSED_TO / float(np.quantile(lit, EXPOSED_SHARE)) if len(lit) else 1.0
-
-
-def _baked_layers(scene: bpy.types.Scene, attribute: str) -> Iterator[bpy.types.Attribute]:
-    for obj in _baked_objects(scene, attribute):
-        yield obj.data.attributes[attribute]
 
 
 def _baked_objects(scene: bpy.types.Scene, attribute: str) -> list[bpy.types.Object]:
@@ -65,10 +61,6 @@ def _baked_objects(scene: bpy.types.Scene, attribute: str) -> list[bpy.types.Obj
 def _has_colours(obj: bpy.types.Object, attribute: str) -> bool:
     layer = obj.data.attributes.get(attribute) if obj.type == "MESH" else None
     return layer is not None and layer.data_type in ("FLOAT_COLOR", "BYTE_COLOR")
-
-
-def _luminance(layer: bpy.types.Attribute) -> np.ndarray:
-    return stored_colours(layer)[:, :3] @ _LUMINANCE
 
 
 def _size_for(settings: bpy.types.RenderSettings) -> tuple[int, int]:

@@ -24,21 +24,9 @@ def _logarithm(a, b):
     return np.where(positive, _divided(np.log(np.where(positive, a, 1.0)), np.log(np.where(positive, b, 1.0))), 0.0)
 
 
-def _modulo(a, b):
-    return np.where(b == 0, 0, np.fmod(a, np.where(b == 0, 1, b)))
-
-
-def _floored_modulo(a, b):
-    return np.where(b == 0, 0, a - np.floor(_divided(a, b)) * b)
-
-
 def _wrapped(a, high, low):
     span = high - low
     return np.where(span == 0, low, a - span * np.floor(_divided(a - low, span)))
-
-
-def _snapped(a, b):
-    return np.floor(_divided(a, b)) * b
 
 
 def _ping_pong(a, b):
@@ -49,10 +37,6 @@ def _ping_pong(a, b):
 def _smooth_minimum(a, b, c):
     reach = _divided(np.maximum(c - np.abs(a - b), 0), c)
     return np.minimum(a, b) - reach**3 * c / 6
-
-
-def _compared(a, b, c):
-    return ((a == b) | (np.abs(a - b) <= np.maximum(c, _EPSILON))) * 1.0
 
 
 #: what numbers and vectors have in common, of up to three of them
@@ -69,9 +53,9 @@ _COMMON = {
     "FLOOR": lambda a, b, c: np.floor(a),
     "CEIL": lambda a, b, c: np.ceil(a),
     "ROUND": lambda a, b, c: np.floor(a + 0.5),
-    "MODULO": lambda a, b, c: _modulo(a, b),
+    "MODULO": lambda a, b, c: np.where(b == 0, 0, np.fmod(a, np.where(b == 0, 1, b))),
     "WRAP": _wrapped,
-    "SNAP": lambda a, b, c: _snapped(a, b),
+    "SNAP": lambda a, b, c: np.floor(_divided(a, b)) * b,
     "SINE": lambda a, b, c: np.sin(a),
     "COSINE": lambda a, b, c: np.cos(a),
     "TANGENT": lambda a, b, c: np.tan(a),
@@ -87,12 +71,12 @@ MATH = {
     "EXPONENT": lambda a, b, c: np.exp(a),
     "LESS_THAN": lambda a, b, c: (a < b) * 1.0,
     "GREATER_THAN": lambda a, b, c: (a > b) * 1.0,
-    "COMPARE": _compared,
+    "COMPARE": lambda a, b, c: ((a == b) | (np.abs(a - b) <= np.maximum(c, _EPSILON))) * 1.0,
     "SMOOTH_MIN": _smooth_minimum,
     "SMOOTH_MAX": lambda a, b, c: -_smooth_minimum(-a, -b, c),
     "TRUNC": lambda a, b, c: np.trunc(a),
     "FRACT": lambda a, b, c: a - np.floor(a),
-    "FLOORED_MODULO": lambda a, b, c: _floored_modulo(a, b),
+    "FLOORED_MODULO": lambda a, b, c: np.where(b == 0, 0, a - np.floor(_divided(a, b)) * b),
     "PINGPONG": lambda a, b, c: _ping_pong(a, b),
     "ARCSINE": lambda a, b, c: np.arcsin(np.clip(a, -1, 1)),
     "ARCCOSINE": lambda a, b, c: np.arccos(np.clip(a, -1, 1)),
@@ -125,10 +109,6 @@ def _cross(a, b):
     return np.cross(*np.broadcast_arrays(a, b))
 
 
-def _reflected(a, b, c):
-    return a - 2 * unit(b) * dot(a, unit(b))
-
-
 def refracted(a, b, ratio):
     """The vectors ``a`` (m, 3) refracted at surfaces along ``b`` (m, 3), zero where all is reflected."""
     along = dot(unit(b), a)
@@ -141,7 +121,7 @@ VECTOR_MATH = {
     **_COMMON,
     "CROSS_PRODUCT": lambda a, b, c: _cross(a, b),
     "PROJECT": lambda a, b, c: _divided(dot(a, b), dot(b, b)) * b,
-    "REFLECT": _reflected,
+    "REFLECT": lambda a, b, c: a - 2 * unit(b) * dot(a, unit(b)),
     "FACEFORWARD": lambda a, b, c: np.where(dot(c, b) < 0, a, -a),
     "NORMALIZE": lambda a, b, c: unit(a),
     "FRACTION": lambda a, b, c: a - np.floor(a),

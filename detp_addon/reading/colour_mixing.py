@@ -5,18 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 
-def _screen(a, b, f):
-    return 1 - (1 - f + f * (1 - b)) * (1 - a)
-
-
 def _overlay(a, b, f):
     low = a * (1 - f + 2 * f * b)
     high = 1 - (1 - f + 2 * f * (1 - b)) * (1 - a)
     return np.where(a < 0.5, low, high)
-
-
-def _divide(a, b, f):
-    return np.where(b == 0, a, (1 - f) * a + f * a / np.where(b == 0, 1, b))
 
 
 def _soft_light(a, b, f):
@@ -57,9 +49,9 @@ BLENDS = {
     "ADD": lambda a, b, f: a + f * b,
     "SUBTRACT": lambda a, b, f: a - f * b,
     "MULTIPLY": lambda a, b, f: a * (1 - f + f * b),
-    "SCREEN": _screen,
+    "SCREEN": lambda a, b, f: 1 - (1 - f + f * (1 - b)) * (1 - a),
     "OVERLAY": _overlay,
-    "DIVIDE": _divide,
+    "DIVIDE": lambda a, b, f: np.where(b == 0, a, (1 - f) * a + f * a / np.where(b == 0, 1, b)),
     "DIFFERENCE": lambda a, b, f: (1 - f) * a + f * np.abs(a - b),
     "EXCLUSION": lambda a, b, f: np.maximum((1 - f) * a + f * (a + b - 2 * a * b), 0),
     "DARKEN": lambda a, b, f: (1 - f) * a + f * np.minimum(a, b),

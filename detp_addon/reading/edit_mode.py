@@ -7,7 +7,7 @@ from contextlib import suppress
 
 import bpy
 
-from ..wording import counted
+from ..wording import counted, some
 
 
 def leave_edit_mode(objects: Iterable[bpy.types.Object]) -> list[str]:
@@ -25,7 +25,5 @@ def opened_from_edit_mode() -> list[str]:
     names = leave_edit_mode(bpy.data.objects)
     if not names:
         return []
-    shown = ", ".join(names[:3]) + (", ..." if len(names) > 3 else "")
-    return [
-        f"The file was saved in Edit Mode of {counted(len(names), 'object')} ({shown}), which was left for the bake."
-    ]
+    many, shown = counted(len(names), "object"), some(names, "")
+    return [f"The file was saved in Edit Mode of {many} ({shown}), which was left for the bake."]

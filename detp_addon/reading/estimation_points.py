@@ -122,7 +122,9 @@ def _own_corners(objects: list[PlacedMesh], surfaces: list[MeshSurface]) -> list
         if key not in known:
             original, surface = placed.object.data, surfaces[placed.surface]
             vertices = corner_vertex_indices(original)
-            known[key] = vertices, _same_corners(original, vertices, placed.evaluated, surface)
+            counts = [(len(mesh.vertices), len(mesh.polygons)) for mesh in (original, placed.evaluated)]
+            same = counts[0] == counts[1] and np.array_equal(vertices, surface.at_corners)
+            known[key] = vertices, same
     return [known[placed.object.data, placed.surface] for placed in objects]
 
 
@@ -139,12 +141,6 @@ def _facing(objects: list[PlacedMesh], surfaces: list[MeshSurface]) -> dict[int,
     triangles = [np.repeat(np.arange(len(surface.triangles)), 3) for surface in shown]
     corners = [surface.corners.ravel() for surface in shown]
     return dict(zip(meshes, zip(normals, valid, corners, triangles, strict=True), strict=True))
-
-
-def _same_corners(original, vertices: np.ndarray, evaluated, surface: MeshSurface) -> bool:
-    """Whether both meshes, whose corners have these ``vertices`` and those of the surface, have the same faces."""
-    counts = [(len(mesh.vertices), len(mesh.polygons)) for mesh in (original, evaluated)]
-    return counts[0] == counts[1] and np.array_equal(vertices, surface.at_corners)
 
 
 def _on_changed_surface(placed: PlacedMesh, surface: MeshSurface, vertex_of: np.ndarray):

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...core.fit.shown_faces import FacePlaces, ShownFaces
+from ...core.group_sums import group_sums
 from ...core.triangles import angles_between, dots, normals_and_areas
 from .estimation_points import CornerPoints
 from .joined_rows import numbered, starts_of
@@ -90,8 +91,8 @@ def placed_faces(
     if domain == "CORNER":
         value, beside, angles = _along_edges(place[of_point], owner, normals)
     else:
-        sums = np.stack([np.bincount(of_point, normals[:, axis], len(at)) for axis in range(3)], axis=1)
-        value, beside, angles = _along_edges(place, owner[of_vertex], safe_unit(sums)[0])
+        mean = safe_unit(group_sums(normals, of_point, len(at)))[0]
+        value, beside, angles = _along_edges(place, owner[of_vertex], mean)
         value = value[of_point]
     count = int(value.max(initial=-1)) + 1
     shown = np.where(rows >= 0, np.append(value, -1)[rows], -1)

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from ..wording import counted
-
-#: names shown in one sentence
-SHOWN_NAMES = 3
+from ..wording import counted, some
 
 
 class Findings:
@@ -43,5 +40,4 @@ def _with_names(entries: dict) -> tuple[str, ...]:
 
 
 def _named(thing: str, names: list[str]) -> str:
-    shown = ", ".join(names[:SHOWN_NAMES]) + (", ..." if len(names) > SHOWN_NAMES else "")
-    return f"{counted(len(names), thing)} ({shown})"
+    return f"{counted(len(names), thing)} ({some(names, '')})"

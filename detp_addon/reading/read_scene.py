@@ -95,7 +95,7 @@ class ExportedScene:
     covered    (N,) whether another face lies against that of the point (see settled_corners.py)
     modelled   features that were found and are honoured; left_out: those that are not; warnings: one sentence each
     origins    whose the light is
-    objects    mesh objects and instances in the scene; triangles; lights: lamps, the world, and objects that shine
+    lights     how many there are: lamps, the world, and objects that shine
     """
 
     scene: Scene
@@ -110,8 +110,6 @@ class ExportedScene:
     left_out: tuple[str, ...]
     warnings: tuple[str, ...]
     origins: LightOrigins
-    objects: int
-    triangles: int
     lights: int
 
     @property
@@ -159,8 +157,7 @@ def read_scene(
     modelled, left_out, warnings = findings.sentences()
     return ExportedScene(
         scene, baked, points.centres, points.normals, points.facing, points.inward, points.covered, shown,
-        modelled, left_out, warnings, _origins(read, placed, scene),
-        objects=len(read.placements), triangles=len(scene.triangles), lights=len(scene.lights) + _shining(read),
+        modelled, left_out, warnings, _origins(read, placed, scene), len(scene.lights) + _shining(read),
     )  # fmt: skip
 
 

@@ -52,19 +52,14 @@ def weights_within(corners: np.ndarray, flat: np.ndarray, places: np.ndarray) ->
     return np.maximum(areas, 0.0)
 
 
-def corner_angles(corners: np.ndarray) -> np.ndarray:
-    """Angles (T, 3) in radians at the ``corners`` (T, 3, 3) of triangles."""
-    onward, back = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
-    return angles_between(onward.reshape(-1, 3), back.reshape(-1, 3)).reshape(-1, 3)
-
-
 def directions_around(corners: np.ndarray, flat: np.ndarray, vertices: np.ndarray, count: int) -> np.ndarray:
     """Mean unit normals (V, 3) around each of ``count`` vertices, by the angles of the triangles that meet there.
 
     Triangles have these ``corners`` (T, 3, 3), unit normals ``flat`` (T, 3) and ``vertices`` (T, 3). Zero where they
     cancel out.
     """
-    angles = corner_angles(corners).ravel()
+    onward, back = (np.roll(corners, step, axis=1) - corners for step in (-1, 1))
+    angles = angles_between(onward.reshape(-1, 3), back.reshape(-1, 3))
     return safe_unit(group_sums(np.repeat(flat, 3, axis=0), vertices.ravel(), count, angles))[0]
 
 

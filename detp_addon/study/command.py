@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from ...core.errors import UnreadableFileError
-from ..command.terminal import complain, say
+from ..command.terminal import say
 from ..files.write_files import made_folder, write_text
 from ..steps import printed
 
@@ -51,19 +51,14 @@ def _study(arguments: argparse.Namespace) -> int:
         from .scenes import load_study_scene
     from ..tables import as_csv
     from . import report
-    from .plots import NoPlotsError, draw
+    from .plots import draw, drawn
 
     extent = QUICK if arguments.quick else Extent()
     segments = max(extent.scan_segments, extent.choice_segments)
     loaders = {name: partial(load_study_scene, name, path, segments) for name, path in {**samples, **further}.items()}
     found = printed(run({name: loaders.pop(name) for name in SCANS}, loaders, extent))
 
-    try:
-        draw(found, folder)
-        pictures = True
-    except NoPlotsError as error:
-        complain(f"detp: {error}")
-        pictures = False
+    pictures = drawn(partial(draw, found, folder))
     texts = {"study.json": report.as_json(found)}
     texts["study.md"] = report.as_markdown(found, "detp study --quick" if arguments.quick else "detp study", pictures)
     texts |= {f"{name}.csv": as_csv(rows) for name, rows in found.tables.items()}

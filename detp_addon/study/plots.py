@@ -7,11 +7,11 @@ from functools import partial
 from pathlib import Path
 
 from ...core.errors import DetpError
+from ...core.settings import GATHERERS
 from ...core.study.run import StudyTables
+from ..command.terminal import complain
 from ..files.write_files import replace_file
 from .report import PLOTS
-
-_NAMES = {"disc-index": "Disc Indexing", "sphere-cache": "Sphere Cache"}
 
 
 class NoPlotsError(DetpError):
@@ -43,6 +43,17 @@ def figure_class():
     return Figure
 
 
+def drawn(draw: Callable[[], None], quiet: bool = False) -> bool:
+    """Draw plots; without matplotlib say so, unless ``quiet``, and return False."""
+    try:
+        draw()
+    except NoPlotsError as error:
+        if not quiet:
+            complain(f"detp: {error}")
+        return False
+    return True
+
+
 def save(figure, folder: Path, name: str) -> None:
     """Write a figure as SVG and PNG."""
     for ending in ("svg", "png"):
@@ -54,7 +65,7 @@ def _radius(figure, tables: dict) -> None:
         axes.set_title(scene)
         for search, line in _groups(here, "search"):
             axes.loglog([row["d/spacing"] for row in line], [1e6 * row["processor"] / row["n_R"] for row in line],
-                        "o-", label=_NAMES[search])  # fmt: skip
+                        "o-", label=GATHERERS[search])  # fmt: skip
         axes.legend()
 
 

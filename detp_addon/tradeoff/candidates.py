@@ -44,50 +44,19 @@ class MeasuredBake:
 
 def candidates(radius: float, quick: bool, names: tuple[str, ...] = GROUPS) -> tuple[MeasuredBake, ...]:
     """Those of these groups, or of these names; radii are tried around ``radius``, in metres. ``quick``: fewer."""
-    everything = (*_qualities(quick), *_targets(quick), *_gatherers(quick), *_radii(radius, quick), *_direct(quick))
-    return tuple(candidate for candidate in everything if {candidate.group, candidate.label} & {*names})
-
-
-def _qualities(quick: bool) -> list[MeasuredBake]:
-    names = list(QUALITIES)[: 1 if quick else None]
-    return [MeasuredBake(name, "quality", BakeSettings(name), preset=True) for name in names]
-
-
-def _targets(quick: bool) -> list[MeasuredBake]:
-    found = [MeasuredBake(label, label.split()[0], settings) for label, settings in TARGETS.items()]
-    return [found[0], found[3]] if quick else found
-
-
-def _gatherers(quick: bool) -> list[MeasuredBake]:
-    few, many = (1 << 16, 1 << 18), (1 << 16, 1 << 18, 1 << 20, 1 << 22)
-    return [
-        MeasuredBake(f"{gatherer}, {_short(count)} photons", gatherer, BakeSettings(photons=count, gatherer=gatherer))
-        for gatherer, counts in (("disc-index", many), ("sphere-cache", many[:3]))
-        for count in (few if quick else counts)
-    ]
-
-
-def _radii(radius: float, quick: bool) -> list[MeasuredBake]:
-    settings = {
-        share: BakeSettings(photons=_photons(quick), radius=share * radius)
-        for share in ((0.5, 2.0) if quick else (0.25, 0.5, 1.0, 2.0))
-    }
-    return [MeasuredBake(f"radius {share:g} x {radius:.3g} m", "radius", chosen) for share, chosen in settings.items()]
-
-
-def _direct(quick: bool) -> list[MeasuredBake]:
-    return [
-        MeasuredBake(
-            f"direct light by photons, {estimator} discs", "direct",
-            BakeSettings(photons=_photons(quick), direct="photons", estimator=estimator),
-        )
-        for estimator in ("visible", "plain")
-    ]  # fmt: skip
-
-
-def _photons(quick: bool) -> int:
-    return 1 << 18 if quick else _PHOTONS
-
-
-def _short(count: int) -> str:
-    return f"{count >> 10} k" if count < 1 << 20 else f"{count >> 20} M"
+    photons, few, many = 1 << 18 if quick else _PHOTONS, (1 << 16, 1 << 18), (1 << 16, 1 << 18, 1 << 20, 1 << 22)
+    qualities = [MeasuredBake(name, "quality", BakeSettings(name), preset=True) for name in QUALITIES]
+    targets = [MeasuredBake(label, label.split()[0], settings) for label, settings in TARGETS.items()]
+    found = [*qualities[:1], targets[0], targets[3]] if quick else [*qualities, *targets]
+    for gatherer, counts in (("disc-index", many), ("sphere-cache", many[:3])):
+        for count in few if quick else counts:
+            short = f"{count >> 10} k" if count < 1 << 20 else f"{count >> 20} M"
+            settings = BakeSettings(photons=count, gatherer=gatherer)
+            found.append(MeasuredBake(f"{gatherer}, {short} photons", gatherer, settings))
+    for share in (0.5, 2.0) if quick else (0.25, 0.5, 1.0, 2.0):
+        settings = BakeSettings(photons=photons, radius=share * radius)
+        found.append(MeasuredBake(f"radius {share:g} x {radius:.3g} m", "radius", settings))
+    for estimator in ("visible", "plain"):
+        settings = BakeSettings(photons=photons, direct="photons", estimator=estimator)
+        found.append(MeasuredBake(f"direct light by photons, {estimator} discs", "direct", settings))
+    return tuple(candidate for candidate in found if {candidate.group, candidate.label} & {*names})

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import argparse
+from functools import partial
 from pathlib import Path
 
-from ..command.terminal import complain, escaped, say
+from ..command.terminal import escaped, say
 from ..files.open_files import check_readable
 from ..files.write_files import made_folder
 from ..steps import printed
@@ -19,6 +20,7 @@ _QUICK = (256, 0.03, 1, "1,4", 1000)
 CYCLES_SECONDS = 60
 
 
+# fmt: off
 def add_tradeoff(commands) -> None:
     """Add the subcommand to argparse's ``commands``."""
     tradeoff = commands.add_parser(
@@ -26,33 +28,24 @@ def add_tradeoff(commands) -> None:
         description="Bake a scene with both gatherers, several radii and numbers of photons, the qualities, targets, "
         "and with Cycles, compare all with a converged reference, and write tradeoff.md, tradeoff.json, tradeoff.csv "
         "and plots (SVG, PNG). The scene itself is not changed.",
-    )  # fmt: skip
+    )
     tradeoff.set_defaults(run=_tradeoff)
-    tradeoff.add_argument("scene", metavar="SCENE.blend")
-    tradeoff.add_argument("-o", dest="output", required=True, metavar="FOLDER", help="where all goes; made if need be")
-    tradeoff.add_argument("--quick", action="store_true", help="fewer bakes, one run of each, a rougher reference")
-    tradeoff.add_argument(
-        "--reference", metavar="FILE.npz",
-        help="keep the reference there, and take it from there next time (default: FOLDER/reference_<scene's key>.npz)",
-    )  # fmt: skip
-    tradeoff.add_argument("--reference-samples", type=_count, metavar="N", help="at most, in each of its halves")
-    tradeoff.add_argument("--samples", type=_counts, metavar="N,N,...", help="of Cycles' bakes")
-    tradeoff.add_argument("--points", type=_count, metavar="N", help="face corners to compare at, about")
-    tradeoff.add_argument("--runs", type=_count, metavar="N", help="of each bake, whose medians are told")
-    tradeoff.add_argument(
-        "--bakes",
-        type=_names,
-        default=GROUPS,
-        metavar="NAME,...",
-        help=f"of {', '.join(NAMES).replace('%', '%%')} (default: all)",
-    )
-    tradeoff.add_argument(
-        "--cycles-seconds", type=_count, default=CYCLES_SECONDS, metavar="S",
-        help="end a bake of Cycles after that, and tell its time from the objects it reached (default: %(default)s)",
-    )  # fmt: skip
-    tradeoff.add_argument(
-        "--no-cycles", action="store_true", help="without Cycles' bakes; the reference is still its own"
-    )
+    add = tradeoff.add_argument
+    add("scene", metavar="SCENE.blend")
+    add("-o", dest="output", required=True, metavar="FOLDER", help="where all goes; made if need be")
+    add("--quick", action="store_true", help="fewer bakes, one run of each, a rougher reference")
+    add("--reference", metavar="FILE.npz", help="keep the reference there, and take it from there next time (default: "
+        "FOLDER/reference_<scene's key>.npz)")
+    add("--reference-samples", type=_count, metavar="N", help="at most, in each of its halves")
+    add("--samples", type=_counts, metavar="N,N,...", help="of Cycles' bakes")
+    add("--points", type=_count, metavar="N", help="face corners to compare at, about")
+    add("--runs", type=_count, metavar="N", help="of each bake, whose medians are told")
+    names = ", ".join(NAMES).replace("%", "%%")
+    add("--bakes", type=_names, default=GROUPS, metavar="NAME,...", help=f"of {names} (default: all)")
+    add("--cycles-seconds", type=_count, default=CYCLES_SECONDS, metavar="S", help="end a bake of Cycles after that, "
+        "and tell its time from the objects it reached (default: %(default)s)")
+    add("--no-cycles", action="store_true", help="without Cycles' bakes; the reference is still its own")
+# fmt: on
 
 
 def _tradeoff(arguments: argparse.Namespace) -> int:
@@ -68,11 +61,13 @@ def _tradeoff(arguments: argparse.Namespace) -> int:
 
     with blender_silenced():
         from ..files.open_files import open_blend
+        from ..study.plots import drawn
         from . import report
         from .candidates import candidates
         from .figures import findings
+        from .plots import draw
         from .reference import converged_reference, reference_key
-        from .runs import Plan, Runs, one_round
+        from .runs import Plan, one_round, planned
         from .scene import compared_scene
 
         warnings = open_blend(scene)
@@ -86,16 +81,18 @@ def _tradeoff(arguments: argparse.Namespace) -> int:
     reference = printed(converged_reference(compared, kept, key, samples, noise))
     ours = candidates(compared.radius, arguments.quick, arguments.bakes)
     plan = Plan(ours, cycles, arguments.runs or runs, arguments.cycles_seconds)
-    measured = Runs.of(plan)
+    kinds = planned(plan)
     for run in range(plan.runs):
-        printed(one_round(measured, compared, plan, run))
+        printed(one_round(kinds, compared, plan, run))
+        measured = [kind for kind in kinds if kind.seconds]
         # What has been measured so far is kept, should the rest take longer than anybody waits.
-        found = findings(compared, reference, measured.done)
+        found = findings(compared, reference, measured)
         facts = {
             "scene": str(scene), "command": f"detp tradeoff {scene.name}{_options(arguments)}", "machine": machine,
-            "warnings": warnings + _refused(measured.done),
+            "warnings": warnings + _refused(measured),
         }  # fmt: skip
-        report.write(found, facts, folder, _drawn(found, escaped(scene.stem), folder, quiet=run + 1 < plan.runs))
+        drawing = partial(draw, found, f"{escaped(scene.stem)}: error against time", folder)
+        report.write(found, facts, folder, drawn(drawing, quiet=run + 1 < plan.runs))
     say(f"Saved {folder / 'tradeoff.md'}, tradeoff.json and tradeoff.csv")
     return 0
 
@@ -104,20 +101,6 @@ def _refused(measured) -> list[str]:
     """What Cycles would not bake, and why, once each."""
     reasons = {name: why for run in measured for name, why in run.facts.get("refused", {}).items()}
     return [f"Cycles would not bake '{name}': {why}" for name, why in reasons.items()]
-
-
-def _drawn(found, title: str, folder: Path, quiet: bool) -> bool:
-    """Draw the plots; without matplotlib say so, unless ``quiet``, and return False."""
-    from ..study.plots import NoPlotsError
-    from .plots import draw
-
-    try:
-        draw(found, f"{title}: error against time", folder)
-    except NoPlotsError as error:
-        if not quiet:
-            complain(f"detp: {error}")
-        return False
-    return True
 
 
 def _options(arguments: argparse.Namespace) -> str:

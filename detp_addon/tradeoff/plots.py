@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ...core.settings import GATHERERS
 from ..study.plots import figure_class, save
 from .figures import Comparison
 
@@ -12,8 +13,7 @@ _ERRORS = {"error": "median error", "error 95": "95th percentile of the error"}
 
 _NAMES = {
     "quality": "presets", "error": "error aimed at", "time": "time given", "radius": "radii",
-    "direct": "direct light by photons", "disc-index": "Disc Indexing", "sphere-cache": "Sphere Cache",
-    "cycles": "Cycles, button", "inside": "Cycles, one object",
+    "direct": "direct light by photons", **GATHERERS, "cycles": "Cycles, button", "inside": "Cycles, one object",
 }  # fmt: skip
 _STYLES = {
     "quality": "k*",

@@ -11,9 +11,8 @@ from pathlib import Path
 import bpy
 
 from ...core.parallel import worker_count
-from .. import tables
 from ..files.write_files import write_text
-from ..tables import markdown_table, versions
+from ..tables import as_csv, as_json, markdown_table, versions
 from .figures import RATIOS, Comparison
 
 _FAIRNESS = """\
@@ -40,23 +39,10 @@ light comes straight from the sun and is exact for both, the median says little:
 
 def write(found: Comparison, facts: dict, folder: Path, picture: bool) -> None:
     """Write the three files into ``folder``; ``picture``: whether the plots are there."""
-    texts = {
-        "tradeoff.json": as_json(found, facts), "tradeoff.csv": as_csv(found),
-        "tradeoff.md": as_markdown(found, facts, picture),
-    }  # fmt: skip
-    for name, text in texts.items():
-        write_text(folder / name, text)
-
-
-def as_json(found: Comparison, facts: dict) -> str:
-    """Everything: the rows, the points, the machine and what else ``facts`` say."""
-    return tables.as_json({**facts, "points": found.points, "runs": found.rows})
-
-
-def as_csv(found: Comparison) -> str:
-    """A line for each kind of run."""
-    rows = [{key: value for key, value in row.items() if not isinstance(value, (dict, list))} for row in found.rows]
-    return tables.as_csv(rows)
+    plain = [{key: value for key, value in row.items() if not isinstance(value, (dict, list))} for row in found.rows]
+    write_text(folder / "tradeoff.json", as_json({**facts, "points": found.points, "runs": found.rows}))
+    write_text(folder / "tradeoff.csv", as_csv(plain))
+    write_text(folder / "tradeoff.md", as_markdown(found, facts, picture))
 
 
 def machine() -> dict:

@@ -22,9 +22,6 @@ from .scene import ComparedScene
 #: the attribute that our bakes write
 OURS = "detp tradeoff"
 
-#: who bakes: we; Cycles, as pressing its button does; Cycles just inside the corners, all objects as one
-WHO = ("detp", "cycles", "cycles inside")
-
 #: reflections that Blender allows unless told otherwise
 DEFAULT_BOUNCES = 4
 
@@ -44,8 +41,9 @@ class Plan:
 
 @dataclass(frozen=True)
 class Measured:
-    """Equal runs: who (one of WHO), what, ``seconds`` and RGB sums ``light`` (M,) of each run.
+    """Equal runs: what, ``seconds`` and RGB sums ``light`` (M,) of each run.
 
+    who      "detp", "cycles", as pressing its button does, or "cycles inside" the corners, all objects as one
     group    candidates of one group make a line in the plots; ``preset`` whether it is one that the panel offers
     samples  of Cycles, 0 of ours; ``complete`` whether Cycles baked all objects
     facts    about the last run
@@ -66,57 +64,37 @@ class Measured:
         return float(np.median(self.seconds))
 
 
-@dataclass(frozen=True)
-class Runs:
-    """All kinds of runs of a plan: ours, Cycles' button, Cycles inside, and there with Blender's default bounces."""
-
-    ours: tuple[Measured, ...]
-    pressed: tuple[Measured, ...]
-    inside: tuple[Measured, ...]
-    bounces: tuple[Measured, ...]
-
-    @staticmethod
-    def of(plan: Plan) -> Runs:
-        """Those of a plan, none of which has been done."""
-        middle = plan.samples[len(plan.samples) // 2 :][:1]
-        fewer = f"{DEFAULT_BOUNCES} bounces"
-        return Runs(
-            tuple(Measured("detp", c.label, c.group, c.preset, facts={"options": c.options}) for c in plan.candidates),
-            tuple(Measured("cycles", f"Cycles, {n} samples", "cycles", samples=n) for n in plan.samples),
-            tuple(Measured("cycles inside", f"Cycles inside, {n} samples", "inside", samples=n) for n in plan.samples),
-            tuple(
-                Measured("cycles inside", f"Cycles inside, {n} samples, {fewer}", "bounces", samples=n) for n in middle
-            ),
-        )
-
-    @property
-    def done(self) -> list[Measured]:
-        """Those that have been done at least once."""
-        return [kind for kind in (*self.ours, *self.pressed, *self.inside, *self.bounces) if kind.seconds]
+def planned(plan: Plan) -> list[Measured]:
+    """All kinds of runs, none of which has been done: ours, Cycles' button, Cycles inside, and there once more with
+    Blender's default bounces."""
+    kinds = [Measured("detp", c.label, c.group, c.preset, facts={"options": c.options}) for c in plan.candidates]
+    kinds += [Measured("cycles", f"Cycles, {n} samples", "cycles", samples=n) for n in plan.samples]
+    inside = [Measured("cycles inside", f"Cycles inside, {n} samples", "inside", samples=n) for n in plan.samples]
+    for n in plan.samples[len(plan.samples) // 2 :][:1]:
+        label = f"Cycles inside, {n} samples, {DEFAULT_BOUNCES} bounces"
+        inside.append(Measured("cycles inside", label, "bounces", samples=n))
+    return kinds + inside
 
 
-def one_round(runs: Runs, compared: ComparedScene, plan: Plan, run: int) -> Generator[str, None, None]:
+def one_round(kinds: list[Measured], compared: ComparedScene, plan: Plan, run: int) -> Generator[str, None, None]:
     """Do each kind once more, in turn, so that the machine's moods meet all alike; yields sentences."""
-    for measured, candidate in zip(runs.ours, plan.candidates, strict=True):
-        _bake_ours(measured, candidate.settings, compared, run)
-        yield _said(measured, run)
-    for measured in runs.pressed:
-        _press(measured, compared, plan.cycles_seconds, run)
-        yield _said(measured, run)
-    if not plan.samples:
+    inside = [kind for kind in kinds if kind.who == "cycles inside"]
+    for number, kind in enumerate(kinds[: len(kinds) - len(inside)]):
+        if kind.who == "detp":
+            _bake_ours(kind, plan.candidates[number].settings, compared, run)
+        else:
+            _press(kind, compared, plan.cycles_seconds, run)
+        yield _said(kind, run)
+    if not inside:
         return
     scene = bpy.context.scene
     with copy_in(scene, compared.faces.just_inside(compared.scene_radius)) as copy:
-        for measured in runs.inside:
-            if _expected_seconds(runs.inside, measured.samples) <= 2 * plan.cycles_seconds:
-                _bake_inside(measured, copy, compared, run)
-                yield _said(measured, run)
-        for measured in runs.bounces:
-            if _expected_seconds(runs.inside, measured.samples) <= 2 * plan.cycles_seconds:
-                set_up_cycles(scene, DEFAULT_BOUNCES)
-                _bake_inside(measured, copy, compared, run)
-                set_up_cycles(scene, BOUNCES)
-                yield _said(measured, run)
+        for kind in inside:
+            if _expected_seconds(inside, kind.samples) <= 2 * plan.cycles_seconds:
+                set_up_cycles(scene, DEFAULT_BOUNCES if kind.group == "bounces" else BOUNCES)
+                _bake_inside(kind, copy, compared, run)
+                yield _said(kind, run)
+    set_up_cycles(scene, BOUNCES)
 
 
 def _bake_ours(measured: Measured, settings: BakeSettings, compared: ComparedScene, run: int) -> None:
@@ -147,9 +125,9 @@ def _bake_inside(measured: Measured, copy, compared: ComparedScene, run: int) ->
     measured.light.append(light_of(copy).sum(axis=1)[compared.chosen])
 
 
-def _expected_seconds(inside: tuple[Measured, ...], samples: int) -> float:
+def _expected_seconds(inside: list[Measured], samples: int) -> float:
     """As long as the largest run so far, in proportion to the samples."""
-    done = [measured for measured in inside if measured.seconds and measured.samples < samples]
+    done = [kind for kind in inside if kind.group == "inside" and kind.seconds and kind.samples < samples]
     return samples / done[-1].samples * done[-1].median_seconds if done else 0.0
 
 

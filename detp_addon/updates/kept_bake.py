@@ -40,7 +40,8 @@ ALL = ""
 class KeptBake:
     """What ``request`` asks for in ``scene`` as ``view_layer`` shows it, baked and kept, and then updated.
 
-    It is to be written beside the .blend if ``on_disk``. ``refused`` says why what was kept for it before is of no use.
+    It is to be written beside the .blend if ``on_disk``. ``refused`` says why what was kept for it before is of no use;
+    ``parts`` are what was kept for it before and is.
 
     Attributes: ``places`` on faces; ``identity``, another one whenever other bakes are kept; ``updated``, whether the
     last run had no need to bake anything as a whole; ``reasons`` why it had, and why nothing could be kept, as clauses,
@@ -54,13 +55,15 @@ class KeptBake:
         request: BakeRequest,
         on_disk: bool = False,
         refused: str = "",
+        parts: KeptParts | None = None,
     ):
         self._scene, self._view_layer = scene.name, view_layer.name
         self._request, self._whole = request, True
-        self._sessions: dict[str, BakeSession] = {}
-        self._seeds: dict[str, int] = {}
-        self.places: KeptPlaces | None = None
-        self._read_places: KeptPlaces | None = None
+        groups, seeds, bakes = ((), (), ()) if parts is None else (parts.groups, parts.seeds, parts.bakes)
+        self._sessions: dict[str, BakeSession] = dict(zip(groups, map(BakeSession.of, bakes), strict=True))
+        self._seeds: dict[str, int] = dict(zip(groups, seeds, strict=True))
+        self.places: KeptPlaces | None = None if parts is None else parts.places
+        self._read_places = self.places
         self.on_disk, self._refused = on_disk, refused
         self.identity = new_identity()
         self._begin()
@@ -72,15 +75,10 @@ class KeptBake:
         Raises NotUpdatableError, which says why it is of no use.
         """
         parts = read_kept(path, identity)
-        kept = cls.__new__(cls)
-        kept._scene, kept._view_layer, kept._request = parts.scene, parts.view_layer, parts.request
-        kept._whole, kept.on_disk, kept._refused, kept.identity = True, True, "", identity
-        kept._sessions = {group: BakeSession.of(bake) for group, bake in zip(parts.groups, parts.bakes, strict=True)}
-        kept._seeds = dict(zip(parts.groups, parts.seeds, strict=True))
-        kept.places = kept._read_places = parts.places
-        kept._begin()
-        if not kept.of(scene, view_layer):
+        if (parts.scene, parts.view_layer) != (scene.name, view_layer.name):
             raise NotUpdatableError(f"'{path.name}' was kept of another scene or view layer")
+        kept = cls(scene, view_layer, parts.request, True, parts=parts)
+        kept.identity = identity
         return kept
 
     @property

@@ -10,7 +10,7 @@ import bpy
 from ..animation.playback import is_playback
 from ..reading.read_node_graph import trees_within
 from ..reading.render_view import view_as_render
-from ..wording import counted
+from ..wording import counted, some
 
 #: what carries a mesh's colours to places of other light
 REPEATS = {
@@ -124,5 +124,4 @@ def _render_meshes(depsgraph, wanted: set) -> tuple[dict, list]:
 
 
 def _listed(objects) -> str:
-    names = [f"'{obj.name}'" for obj in objects]
-    return f"{counted(len(names), 'object')} ({', '.join(names[:3])}{', ...' if len(names) > 3 else ''})"
+    return f"{counted(len(objects), 'object')} ({some([obj.name for obj in objects])})"

@@ -213,7 +213,7 @@ def _write(obj: bpy.types.Object, attribute: str, rgb: np.ndarray, kind: tuple[s
         layer = layers.new(attribute, *kind)
         name = layer.name if layer else None
         if name is not None:
-            undo.callback(_remove_layer, mesh, name)
+            undo.callback(remove_attribute, mesh, name)
         if name != attribute:
             raise AttributeNameTakenError(
                 f"'{obj.name}' does not accept an attribute named '{attribute}': choose another attribute name."
@@ -242,6 +242,7 @@ def _show(mesh: bpy.types.Mesh, viewport: str, render: str) -> None:
     mesh.attributes.default_color_name = render
 
 
-def _remove_layer(mesh: bpy.types.Mesh, name: str) -> None:
+def remove_attribute(mesh: bpy.types.Mesh, name: str) -> None:
+    """Remove the attribute of that name, which the mesh has."""
     mesh.attributes.remove(mesh.attributes[name])
     mesh.update_tag()

@@ -95,7 +95,7 @@ def test_the_other_users_of_an_edited_mesh_are_there_too():
     linked("twin", obj.data, (3, 0, 0))
     edit(obj)
     result = read()
-    assert result.triangles == 6
+    assert len(result.scene.triangles) == 6
     assert [target.object_name for target in result.targets] == ["floor"]
     assert any("Edit Mode" in warning and "2 objects" in warning for warning in result.warnings)
 

@@ -8,7 +8,7 @@ from detp import detp_addon
 from detp.core.errors import InvalidSettingError, NoLightError
 from detp.core.settings import QUALITIES, BakeSettings
 from detp.detp_addon.panel import operators, session
-from detp.detp_addon.panel.properties import bake_request, option_names, scene_options
+from detp.detp_addon.panel.properties import BakeOptions, bake_request, scene_options
 from detp.detp_addon.request import BakeRequest
 from detp.detp_addon.steps import JobProgress
 from detp.detp_addon.writing.baked_layers import error_there
@@ -208,7 +208,7 @@ class TestSettings:
     def test_every_choice_is_one_the_job_takes(self):
         options = scene_options(bpy.context.scene.detp)
         rna = bpy.ops.detp.bake.get_rna_type().properties
-        for name in option_names():
+        for name in BakeOptions.__annotations__:
             for item in rna[name].enum_items if rna[name].type == "ENUM" else ():
                 bake_request({**options, name: item.identifier})
 

@@ -4,7 +4,7 @@ import types
 
 import bpy
 import pytest
-from detp.detp_addon.panel import animation, mixer, panel
+from detp.detp_addon.panel import animation, mixer
 from small_scenes import cube, grid, lamp
 
 
@@ -61,10 +61,10 @@ def scene(addon):
 
 
 def test_updates_are_offered_where_bakes_are_kept(scene):
-    before = drawn(panel.DETP_PT_render_bake)
+    before = drawn(bpy.types.DETP_PT_render_bake)
     assert "detp.bake" in before and "detp.update" not in before
     scene.detp.keep = True
-    after = drawn(panel.DETP_PT_render_bake)
+    after = drawn(bpy.types.DETP_PT_render_bake)
     assert after.index("detp.update") == after.index("detp.bake") + 1 and "detp_live_updates" in after
 
 

@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 import pytest
 from detp import detp_addon
-from detp.detp_addon.panel.properties import option_names
+from detp.detp_addon.panel.properties import BakeOptions
 from glb import Glb
 from small_scenes import colours
 
@@ -39,4 +39,4 @@ def test_scripts_bake_export_and_take_all_out_again(unregistered, tmp_path):
 
 def test_the_page_names_every_argument():
     rows = "".join(re.findall(r"^\| (`.*?) \|", PAGE, re.MULTILINE))
-    assert set(re.findall(r"`(\w+)`", rows)) == set(option_names())
+    assert set(re.findall(r"`(\w+)`", rows)) == set(BakeOptions.__annotations__)

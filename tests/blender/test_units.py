@@ -9,7 +9,7 @@ from detp.core.settings import BakeSettings  # noqa: E402
 from detp.core.stages import finished  # noqa: E402
 from detp.detp_addon.job import bake_scene  # noqa: E402
 from detp.detp_addon.panel.labels import length  # noqa: E402
-from detp.detp_addon.panel.properties import bake_request, register_properties, scene_options, unregister_properties  # noqa: E402
+from detp.detp_addon.panel.properties import DETP_PG_settings, bake_request, scene_options  # noqa: E402
 from detp.detp_addon.request import BakeRequest  # noqa: E402
 from detp.detp_addon.units import metres_per_unit  # noqa: E402
 from made_scenes import fresh, lamp, linked, material, mesh, node, quad, read, world  # noqa: E402
@@ -102,7 +102,8 @@ def test_occlusion_within_a_metre_of_a_wall(scale, units_per_metre):
 
 
 def test_the_panels_lengths_are_what_blender_shows(scene):
-    register_properties()
+    bpy.utils.register_class(DETP_PG_settings)
+    bpy.types.Scene.detp = bpy.props.PointerProperty(type=DETP_PG_settings)
     try:
         settings = scene.detp
         settings.auto_radius, settings.radius, settings.occlusion_distance = False, 30.0, 200.0
@@ -115,4 +116,5 @@ def test_the_panels_lengths_are_what_blender_shows(scene):
             shown = bpy.utils.units.to_value(system, "LENGTH", length(request.settings.radius, scene.unit_settings))
             assert shown == pytest.approx(30.0 * metres)
     finally:
-        unregister_properties()
+        del bpy.types.Scene.detp
+        bpy.utils.unregister_class(DETP_PG_settings)

@@ -8,9 +8,8 @@ from detp.core.bake import baked
 from detp.core.direct.ambient_occlusion import ambient_occlusion
 from detp.core.direct.direct_light import DirectLight
 from detp.core.direct.low_discrepancy import scrambled_net
-from detp.core.direct.passage import MOST_IDLE, SeeThrough
 from detp.core.direct.scene_lights import MOST_SHARP_LAMPS
-from detp.core.direct.shadows import Shadows
+from detp.core.direct.shadows import MOST_IDLE, SeeThrough, Shadows
 from detp.core.errors import InvalidSettingError
 from detp.core.lights.area import AreaLight
 from detp.core.lights.environment import EnvironmentWorld

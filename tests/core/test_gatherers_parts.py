@@ -7,9 +7,9 @@ import pytest
 from detp.core import parallel
 from detp.core.gatherers import streams
 from detp.core.gatherers.balanced_tree import BalancedTree
+from detp.core.gatherers.disc_index import facing_octants, is_slanted, octants_of
 from detp.core.gatherers.gatherer import Crossings
 from detp.core.gatherers.local_frame import LocalFrame
-from detp.core.gatherers.octants import facing_octants, is_slanted, octants_of
 from detp.core.ranges import blocks, expanded, expanded_blocks
 from detp.core.space_filling import curve_order, morton_codes
 from detp.core.study.fields import mean_spacing

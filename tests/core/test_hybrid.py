@@ -8,8 +8,8 @@ from detp.core.discs import TangentDiscs
 from detp.core.errors import InvalidArrayError
 from detp.core.gatherers.brute_force import BruteForce
 from detp.core.gatherers.choose import make_gatherer
-from detp.core.gatherers.counts import Counts
 from detp.core.gatherers.disc_index import DiscIndex
+from detp.core.gatherers.gatherer import Counts
 from detp.core.gatherers.hybrid import Hybrid
 from detp.core.gatherers.outer_spheres import Sphere, SphereLists, walked_on
 from detp.core.settings import BakeSettings

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from detp.core.discs import TangentDiscs
+from detp.core.group_sums import group_sums
 from detp.core.rows import Rows
 
 
@@ -46,3 +47,9 @@ def test_parts_are_joined_in_their_order_without_what_one_of_them_lacks():
     assert same(joined, whole) and np.array_equal(joined.colour, whole.colour)
     assert Pairs.joined([parts[0]]) is parts[0]
     assert Pairs.joined([whole, pairs(3, 3, coloured=False)]).colour is None
+
+
+def test_sums_of_no_rows_are_numbers_to_which_light_can_be_added():
+    sums = group_sums(np.empty((0, 3)), np.empty(0, np.int64), 2)
+    sums += 0.5
+    np.testing.assert_array_equal(sums, np.full((2, 3), 0.5))

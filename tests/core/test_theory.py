@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from detp.core.discs import TangentDiscs
 from detp.core.gatherers.brute_force import BruteForce
-from detp.core.gatherers.counts import KINDS, Counts
 from detp.core.gatherers.disc_index import DiscIndex
+from detp.core.gatherers.gatherer import KINDS, Counts
 from detp.core.gatherers.sphere_cache import SphereCache
 from detp.core.machine import this_machine
 from detp.core.parallel import worker_count

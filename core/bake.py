@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from .direct.direct_light import DirectLight
-from .direct.shadows import Shadows
+from .direct.lit_scene import LitScene
 from .direct.stands import Stands
 from .discs import TangentDiscs
 from .estimator.enclosure import hidden_points
@@ -21,7 +21,6 @@ from .gather.record_light import RecordLight
 from .gather.records import WIDTH, Records, scouted
 from .irradiance import Irradiance
 from .photons.distant_light import wanted_box
-from .photons.emission import lights_of
 from .photons.light_shares import seen_shares
 from .photons.photon_journal import PhotonJournal
 from .photons.photon_light import PhotonLight, PhotonSearch
@@ -126,12 +125,12 @@ class Baking:
     def cast_first_rays(self) -> Stage[None]:
         """Direct light first: it needs no photons, and is what a user sees soonest."""
         points, settings = self._points, self._settings
-        self.shining = lights_of(self._scene)
-        lights = self.shining if settings.direct_by == "shadow-rays" else []
-        if lights or self.gathers:
+        self.lit = LitScene(self._scene, self.caster)
+        shines = bool(self.lit.lights) and settings.direct_by == "shadow-rays"
+        if shines or self.gathers:
             stands = Stands(points.centres, self.places.origins, None if points.flat else points.facing)
-            self.rays = DirectLight(self._scene, self.caster, stands, points.normals, settings, lights, self._crew)
-        if lights:
+            self.rays = DirectLight(self.lit, stands, points.normals, settings, shines, self._crew)
+        if shines:
             rounds = self.rays.rounds(0, first_rounds(self.rays, settings, self._start))
             yield from during("Casting shadow rays", 0.0, self._stopwatch.timed("shadow", rounds))
             self._by_rays = self.rays.irradiance
@@ -141,12 +140,12 @@ class Baking:
         """Find where gather rays land, and what lights shine there."""
         if not self.gathers:
             return
-        scene, settings, timed = self._scene, self._settings, self._stopwatch.timed
+        settings, timed = self._settings, self._stopwatch.timed
         with self._stopwatch("place"):
-            landings = scouted(scene, self.caster, self.places.origins, self._points.facing, settings.seed)
+            landings = scouted(self.lit, self.places.origins, self._points.facing, settings.seed)
             side = None if settings.radius is None else settings.radius / WIDTH
             held = Records(self.caster, landings, len(self._points), settings.seed, side)
-            self.records = RecordLight(scene, self.caster, held, settings, self.shining, self._by_photons, self._crew)
+            self.records = RecordLight(self.lit, held, settings, self._by_photons, self._crew)
         self.gathers = len(held) > 0
         if not self.gathers:
             return
@@ -156,7 +155,7 @@ class Baking:
         yield from during("Placing the records", 0.0, timed("place", self.records.place(kinds)))
         yield from during("Lighting the records", 0.0, timed("shadow", self.records.look_at_lights()))
         self.records.update()
-        self.rays.gather(self.records.reflected, self.shining)
+        self.rays.gather(self.records.reflected)
 
     def place_discs(self) -> Stage[None]:
         """Make ready for photons: the discs that are at points themselves, and where photons are worth tracing."""
@@ -172,7 +171,7 @@ class Baking:
             looking = self.records.looking if self.gathers else (self.places.origins, points.normals)
             seen = None
             if kinds or self.gathers:
-                seen = seen_shares(self.shining, Shadows(scene, caster), *looking, settings.seed)
+                seen = seen_shares(self.lit.lights, self.lit.shadows, *looking, settings.seed)
             # Light that is to be reflected must meet a surface there; discs, which find the direct light, stick out.
             box = None if self._by_photons else wanted_box(looking[0], scene.bounds)
             reach = max(self.radius, self.records.radius if self.records is not None else 0.0)

@@ -15,9 +15,9 @@ from pathlib import Path
 import bpy
 import numpy as np
 from detp.core.direct.direct_light import DirectLight
+from detp.core.direct.lit_scene import LitScene
 from detp.core.estimator.standpoints import Standpoints, standpoints
 from detp.core.irradiance import Irradiance
-from detp.core.photons.emission import lights_of
 from detp.core.rays import RayCaster
 from detp.core.refinement import Refinement, first_rounds
 from detp.core.settings import BakeSettings
@@ -40,12 +40,11 @@ def main() -> None:
         scene, caster, points, normals = opened(path, arguments.points)
         print(f"{path.stem}: {len(scene.triangles)} triangles, {len(points)} points", flush=True)
         some = np.random.default_rng(1).permutation(len(points))[: arguments.check]
-        reference = DirectLight(
-            scene, caster, points[some], normals[some], BakeSettings(indirect="off", seed=1), lights_of(scene)
-        )
+        lit = LitScene(scene, caster)
+        reference = DirectLight(lit, points[some], normals[some], BakeSettings(indirect="off", seed=1))
         for _ in reference.rounds(0, 1 if reference.exact else MOST):
             pass
-        measure(scene, caster, points, normals, arguments.error, some, reference.irradiance.value.sum(axis=1))
+        measure(lit, points, normals, arguments.error, some, reference.irradiance.value.sum(axis=1))
 
 
 def opened(path: Path, count: int):
@@ -60,9 +59,9 @@ def opened(path: Path, count: int):
     return export.scene, caster, places.origins[rows], export.normals[rows]
 
 
-def measure(scene, caster, points, normals, error, some, reference) -> None:
+def measure(lit_scene, points, normals, error, some, reference) -> None:
     settings = BakeSettings(error=error, indirect="off")
-    light = DirectLight(scene, caster, points, normals, settings, lights_of(scene))
+    light = DirectLight(lit_scene, points, normals, settings)
     start = time.perf_counter()
     for _ in light.rounds(0, first_rounds(light, settings, start)):
         pass

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from ..direct.direct_light import DirectLight
+from ..direct.lit_scene import LitScene
 from ..errors import ClusterError
 from ..estimator.standpoints import Standpoints, plain_standpoints, standpoints
 from ..estimator.visible_area import VisibleDiscs, visible_discs
@@ -19,7 +20,6 @@ from ..gather.records import RecordFinder
 from ..gather.reflected_light import ReflectedLight
 from ..memory import keep_memory
 from ..parallel import alone
-from ..photons.emission import lights_of
 from ..photons.photon_light import PhotonLight, PhotonPiece, PhotonSearch, PieceSums
 from ..photons.tracing import PhotonTracer
 from ..points import Points
@@ -86,7 +86,7 @@ class Bench:
     def __init__(self, scene: Scene, points: Points, settings: BakeSettings):
         self.scene, self.points, self.settings = scene, points, settings
         self.caster = RayCaster(scene.corners, points.centres)
-        self.lights = lights_of(scene)
+        self.lit = LitScene(scene, self.caster)
         self.reflected: ReflectedLight | None = None
         self.photons: PhotonLight | None = None
         self._laid: dict[str, str] = {}
@@ -100,7 +100,7 @@ class Bench:
 
     def _lay_records(self, *finder) -> None:
         found = RecordFinder(*finder)
-        self.reflected = ReflectedLight(self.scene, self.caster, self.lights, found, self.settings.bounces)
+        self.reflected = ReflectedLight(self.lit, found, self.settings.bounces)
         self._laid.pop("light", None)
 
     def _lay_light(self, direct: np.ndarray, indirect: np.ndarray) -> None:
@@ -131,7 +131,7 @@ def _place(bench: Bench, *discs) -> tuple:
 
 def _cast(bench: Bench, piece) -> tuple:
     """What rays bring to a piece of the points."""
-    return DirectLight.cast_piece(piece, bench.scene, bench.caster, bench.settings, bench.lights, bench.reflected)
+    return DirectLight.cast_piece(piece, bench.lit, bench.settings, bench.reflected)
 
 
 def _photons(bench: Bench, piece: PhotonPiece) -> PieceSums:

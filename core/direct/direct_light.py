@@ -6,27 +6,24 @@ and aim there.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..irradiance import Irradiance
-from ..lights.light import Light
 from ..parallel import ordered_map
 from ..random_streams import random_stream
 from ..ranges import blocks
-from ..rays import RayCaster
-from ..scene import Scene
 from ..settings import BakeSettings
 from .cast_piece import CastPiece
 from .direction_guide import DirectionGuide, DirectionSums
 from .learnt_sums import LearntSums
+from .lit_scene import LitScene
 from .nearby_lamps import NearbyLamps
 from .point_groups import PointGroups
 from .round_sums import RoundSums, in_whole_samples
 from .scene_lights import SceneLights
-from .shadows import Shadows
 from .spots import Spots
 from .stands import Stands
 from .surrounding_light import CONTRASTS, Look, Reflections
@@ -63,20 +60,19 @@ class DirectLight:
     estimate. Equal seeds give equal results on any number of threads. Surfaces farther than the settings' shadow
     distance do not shade a point from the world. From :meth:`gather` on, rays by chance also gather reflected light.
 
-    ``lights`` are all that count: none where the direct light is not looked for, or by photons. With a ``crew`` its
-    workers cast the rays. ``groups``, when given, are those of points that are in their order.
+    The lights of ``lit`` count if it ``shines``: not where direct light is not looked for, or by photons. The workers
+    of a ``crew`` cast the rays. ``groups``, when given, are those of points that are in their order.
 
     Attributes ``done``: how many rounds there were; ``rays``: how many rays they cast.
     """
 
     def __init__(
         self,
-        scene: Scene,
-        caster: RayCaster,
+        lit: LitScene,
         stands: Stands | np.ndarray,
         normals: np.ndarray,
         settings: BakeSettings,
-        lights: Sequence[Light],
+        shines: bool = True,
         crew: Crew | None = None,
         groups: PointGroups | None = None,
     ):
@@ -86,8 +82,8 @@ class DirectLight:
         self._groups = groups or PointGroups.of(points, normals)
         self._stands, self._normals = stands.taken(self._groups.order), normals[self._groups.order]
         self._points = self._stands.origins
-        self._shadows, self._reach = Shadows(scene, caster), settings.shadow_distance or np.inf
-        self._lights = self._lights_of(lights)
+        self._lit, self._reach = lit, settings.shadow_distance or np.inf
+        self._lights = self._scene_lights(shines)
         self._place = np.empty_like(self._groups.order)
         self._place[self._groups.order] = np.arange(len(points))
         self._exact = np.zeros((3, len(points)))
@@ -100,18 +96,18 @@ class DirectLight:
         self.done, self.rays = 0, 0
         self._first = 0  # of the points, among all of a bake
 
-    def _lights_of(self, lights: Sequence[Light]) -> SceneLights:
+    def _scene_lights(self, shines: bool) -> SceneLights:
         near = self._groups, self._stands, self._normals
-        return SceneLights(lights, self._shadows, self._reach, RAYS_PER_ROUND, *near)
+        return SceneLights(self._lit, shines, self._reach, RAYS_PER_ROUND, *near)
 
-    def gather(self, reflected: Reflections, lights: Sequence[Light]) -> None:
+    def gather(self, reflected: Reflections) -> None:
         """Let rays by chance look up what surfaces reflect, from the next round on.
 
-        Where they are followed on, all ``lights`` of the scene count.
+        Where they are followed on, all lights of the scene count.
         """
         self._lights.surroundings.gather(reflected, GATHER_RAYS)
         # Without lights of their own the points have learnt nothing of them.
-        self._followed = self._lights if self._lights.any else self._lights_of(lights)
+        self._followed = self._lights if self._lights.any else self._scene_lights(True)
         # What was learnt of direct light alone would lead rays away from what surfaces reflect.
         self._seen, self._guide = DirectionSums(len(self._groups.start) - 1), None
 
@@ -238,20 +234,14 @@ class DirectLight:
     def cast_piece(
         cls,
         piece: CastPiece,
-        scene: Scene,
-        caster: RayCaster,
+        lit: LitScene,
         settings: BakeSettings,
-        lights: Sequence[Light],
         reflected: Reflections | None,
     ) -> tuple:
-        """Cast the rays of a ``piece`` of the points, where ``lights`` are all of the scene's.
-
-        Returns what they brought, for :meth:`take`.
-        """
-        own = lights if piece.shines else []
-        light = cls(scene, caster, piece.stands, piece.normals, settings, own, groups=piece.groups)
+        """Cast the rays of a ``piece`` of the points. Returns what they brought, for :meth:`take`."""
+        light = cls(lit, piece.stands, piece.normals, settings, piece.shines, groups=piece.groups)
         if piece.gathers:
-            light.gather(reflected, lights)
+            light.gather(reflected)
         every = slice(0, len(piece.groups.start) - 1)
         light._first = piece.first
         light._load(piece)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from ..estimator.standpoints import Standpoints, standpoints
-from ..photons.emission import lights_of
 from ..rays import RayCaster
 from ..scene import Scene
 from ..settings import BakeSettings
 from ..stages import finished
 from .direct_light import DirectLight
+from .lit_scene import LitScene
 from .stands import Stands
 
 #: rounds of shadow rays: enough to tell light from darkness
@@ -28,6 +28,6 @@ def lit_behind(
     caster = RayCaster(scene.corners, points)
     places = Standpoints.joined(list(standpoints(caster, points, -facing, inward)))
     stands = Stands(points, places.origins, -facing)
-    light = DirectLight(scene, caster, stands, -normals, BakeSettings(), lights_of(scene))
+    light = DirectLight(LitScene(scene, caster), stands, -normals, BakeSettings())
     finished(light.rounds(0, ROUNDS))
     return np.abs(light.irradiance.value).sum(axis=1)

@@ -8,12 +8,11 @@ import numpy as np
 
 from ..lights.emissive import EmissiveTriangles
 from ..lights.light import Light, is_lamp
-from .emitters import Emitters
 from .lamp_light import LampLight
 from .learnt_choice import LearntChoice
+from .lit_scene import LitScene
 from .nearby_lamps import NearbyLamps
 from .point_groups import PointGroups
-from .shadows import Shadows
 from .spots import Spots
 from .stands import Stands
 from .surrounding_light import SurroundingLight
@@ -24,7 +23,8 @@ MOST_SHARP_LAMPS = 32
 
 
 class SceneLights:
-    """``lights`` for points with ``normals`` (N, 3), whose rays start at ``stands``, in the order of their ``groups``.
+    """The lights of ``lit``, if it ``shines``, for points with ``normals`` (N, 3), whose rays start at ``stands``, in the
+    order of their ``groups``.
 
     A round has ``rays`` to lamps, to each of the surroundings, and by chance. Surfaces farther than ``reach`` metres do
     not shade a point from the world.
@@ -35,8 +35,8 @@ class SceneLights:
 
     def __init__(
         self,
-        lights: Sequence[Light],
-        shadows: Shadows,
+        lit: LitScene,
+        shines: bool,
         reach: float,
         rays: int,
         groups: PointGroups,
@@ -46,20 +46,21 @@ class SceneLights:
         points = stands.origins
         self._groups = groups
         self._centres = np.ascontiguousarray(groups.means(points.T).T[groups.start[:-1]])
-        self._around = [light for light in lights if not is_lamp(light)]
+        shadows, lights = lit.shadows, lit.lights if shines else []
+        self._around = lit.surroundings if shines else []
         lamps = [light for light in lights if is_lamp(light)]
         sharp = [lamp for lamp in lamps if lamp.sharp]
         sharp = sharp if len(sharp) <= MOST_SHARP_LAMPS else []
         soft = [lamp for lamp in lamps if lamp not in sharp]
 
-        def choice(emitters: Emitters, each: bool = True) -> LearntChoice:
-            return LearntChoice(emitters, groups, points, normals, each)
+        def choice(among: Sequence[Light], each: bool = True) -> LearntChoice:
+            return LearntChoice(lit.emitters(among), groups, points, normals, each)
 
-        self.sharp = LampLight(sharp, shadows, 0, choice(Emitters.of_lamps(sharp), False), stands) if sharp else None
-        self.soft = LampLight(soft, shadows, rays, choice(Emitters.of_lamps(soft)), stands) if soft else None
+        self.sharp = LampLight(sharp, shadows, 0, choice(sharp, False), stands) if sharp else None
+        self.soft = LampLight(soft, shadows, rays, choice(soft), stands) if soft else None
         self.surroundings = SurroundingLight(self._around, shadows, reach, rays)
         shining = [light for light in self._around if isinstance(light, EmissiveTriangles)]
-        self._shining = [(light, choice(Emitters.of_triangles(light))) for light in shining]
+        self._shining = [(light, choice([light])) for light in shining]
 
     @property
     def any(self) -> bool:

@@ -8,12 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..direct.direct_light import DirectLight
+from ..direct.lit_scene import LitScene
 from ..discs import TangentDiscs
 from ..estimator.visible_area import SPARSE, VisibleDiscs, placing
-from ..lights.light import Light
 from ..photons.photon_light import PhotonSearch
-from ..rays import RayCaster
-from ..scene import Scene
 from ..settings import BakeSettings
 from ..stages import collected
 from .records import WIDTH, Records
@@ -29,8 +27,8 @@ RECORD_ROUNDS, MOST_RECORD_ROUNDS = 4, 64
 class RecordLight:
     """What is known of the light at ``records``, for ``reflected`` to be looked up.
 
-    ``lights`` are all of the scene's; shadow rays go there, unless the direct light comes ``by_photons``. The
-    workers of a ``crew`` do the heavy work.
+    Shadow rays go to all lights of ``lit``, unless the direct light comes ``by_photons``. The workers of a ``crew`` do
+    the heavy work.
 
     Attributes: the ``searches`` for photons; ``common_error``, the relative standard error of all records' mean, as far
     as photons are to blame.
@@ -38,22 +36,20 @@ class RecordLight:
 
     def __init__(
         self,
-        scene: Scene,
-        caster: RayCaster,
+        lit: LitScene,
         records: Records,
         settings: BakeSettings,
-        lights: Sequence[Light],
         by_photons: bool,
         crew: Crew | None = None,
     ):
-        self._caster, self.records, self._settings, self._crew = caster, records, settings, crew
-        self.reflected = ReflectedLight(scene, caster, lights, records.finder, settings.bounces)
+        self._caster, self.records, self._settings, self._crew = lit.caster, records, settings, crew
+        self.reflected = ReflectedLight(lit, records.finder, settings.bounces)
         self.searches: list[PhotonSearch] = []
         self.common_error = 0.0
         self.shadow_rays = None
-        if lights and len(records) and not by_photons:
+        if lit.lights and len(records) and not by_photons:
             held = records.held
-            self.shadow_rays = DirectLight(scene, caster, held.stands, held.normals, settings, lights, crew)
+            self.shadow_rays = DirectLight(lit, held.stands, held.normals, settings, crew=crew)
         if crew is not None:
             crew.know_records(records.finder)
 

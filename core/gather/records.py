@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from ..bounds import Bounds
-from ..direct.shadows import Shadows
+from ..direct.lit_scene import LitScene
 from ..discs import TangentDiscs
 from ..lights.aim import towards
 from ..parallel import ordered_map, slices
@@ -23,7 +23,6 @@ from ..random_streams import random_stream
 from ..rays import RayCaster
 from ..rows import Rows
 from ..sampling import cosine_hemisphere
-from ..scene import Scene
 from ..sides import BySide
 from .cells import Cells
 
@@ -96,16 +95,15 @@ class Landings(Rows):
         return cls(places, places - side * back[:, None] * directions, normals, lengths)
 
 
-def scouted(
-    scene: Scene, caster: RayCaster, points: np.ndarray, normals: np.ndarray, seed: int, least: int = LEAST_SCOUTS
-) -> Landings:
+def scouted(lit: LitScene, points: np.ndarray, normals: np.ndarray, seed: int, least: int = LEAST_SCOUTS) -> Landings:
     """Where a few gather rays, ``least`` or more, land from ``points`` (N, 3), clear of surfaces, with unit ``normals``
     (N, 3)."""
+    scene, caster = lit.scene, lit.caster
     wanted = np.clip(SCOUTS * len(points), least, MOST_SCOUTS)
     sides = [(1.0, BySide(scene.albedo.any(axis=-1, keepdims=True), caster.normals))]
     if scene.translucency is not None:
         sides.append((-1.0, BySide(scene.translucency.any(axis=-1, keepdims=True), caster.normals)))
-    surfaces = Shadows(scene, caster).between.surfaces
+    surfaces = lit.shadows.between.surfaces
 
     def found(rows: slice) -> Landings:
         generator = random_stream(seed, "scouts", rows.start)

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from ..direct.lit_scene import LitScene
 from ..direct.nearby_lamps import NearbyLamps
-from ..direct.shadows import Shadows
 from ..direct.surrounding_light import CONTRASTS, in_part
 from ..group_sums import group_sums
-from ..lights.light import SHADOW_DIMENSIONS, Light, Surroundings, is_lamp, met_among
+from ..lights.light import SHADOW_DIMENSIONS, Surroundings, met_among
 from ..rays import Hits, RayCaster
 from ..rows import Rows
 from ..sampling import cosine_hemisphere
-from ..scene import Scene
 from ..sides import BySide, any_side
 from .records import Landings, RecordFinder
 
@@ -39,10 +37,10 @@ class ReflectedLight:
     which little would come back (Arvo and Kirk 1990).
     """
 
-    def __init__(self, scene: Scene, caster: RayCaster, lights: Sequence[Light], records: RecordFinder, bounces: int):
+    def __init__(self, lit: LitScene, records: RecordFinder, bounces: int):
+        scene, caster = lit.scene, lit.caster
         self._caster, self._records, self._bounces = caster, records, bounces
-        self.shadows = Shadows(scene, caster)
-        self.surroundings = [light for light in lights if not is_lamp(light)]
+        self.shadows, self.surroundings = lit.shadows, lit.surroundings
         # What surfaces send on of the light on the side that is met, and on the other one.
         self._sides = [_Side.of(1.0, scene.albedo, caster)]
         if scene.translucency is not None:

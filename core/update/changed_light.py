@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Iterator
 
 import numpy as np
 
+from ..direct.lit_scene import LitScene
 from ..estimator.crossing_sums import BatchSums
 from ..estimator.estimate import IrradianceEstimate
 from ..estimator.standpoints import Standpoints
@@ -14,13 +15,10 @@ from ..gather.records import Landings, RecordFinder, Records, scouted
 from ..gather.reflected_light import ReflectedLight
 from ..gatherers.choose import make_gatherer
 from ..group_sums import group_sums
-from ..lights.light import Light
 from ..parallel import ordered_map, slices
 from ..photons.photon_light import PhotonSearch
 from ..photons.tracing import PhotonTracer
 from ..random_streams import random_stream
-from ..rays import RayCaster
-from ..scene import Scene
 from ..segments import Segments
 from ..stages import collected, finished
 from .changed_places import Sight
@@ -33,16 +31,14 @@ SCOUTS, FIRST_RAYS, MORE_RAYS = 1 << 16, 1, 32
 
 
 class ChangedRecords:
-    """The records of the ``first`` bake in the ``scene`` after ``changes``, with its ``lights``.
+    """The records of the ``first`` bake in the scene ``lit`` after ``changes``.
 
     Attributes, once all stages are done: ``reflected``, the light that surfaces send on; ``delta`` (C + 1, 3) by how
     much there is more irradiance at each cell of the first bake, and whether (C + 1,) that is known.
     """
 
-    def __init__(
-        self, first: FirstBake, scene: Scene, caster: RayCaster, changes: LightDifferences, lights: Sequence[Light]
-    ):
-        self._first, self._scene, self._caster, self._changes, self._lights = first, scene, caster, changes, lights
+    def __init__(self, first: FirstBake, lit: LitScene, changes: LightDifferences):
+        self._first, self._lit, self._changes = first, lit, changes
 
     def trace(self) -> Iterator[None]:
         """Trace the photons anew that meet what changed, from there on, step by step."""
@@ -55,7 +51,7 @@ class ChangedRecords:
             return found
 
         before, since = yield from paths.touched(meets)
-        tracer = PhotonTracer(self._scene, self._caster, *self._first.tracing).keeping_all()
+        tracer = PhotonTracer(self._lit.scene, self._lit.caster, *self._first.tracing).keeping_all()
         _, first = np.unique(since.particle, return_index=True)
         begun = since.taken(np.sort(first))
         onward = tracer.resumed(
@@ -81,11 +77,11 @@ class ChangedRecords:
         reached = balls.reach(around.places, records.finder.sides_of(around.lengths))
         landings = [around.taken(np.flatnonzero(reached))]
         if anew is not None:
-            seen = scouted(self._scene, self._caster, anew.origins, facing, settings.seed, least=0)
+            seen = scouted(self._lit, anew.origins, facing, settings.seed, least=0)
             cell = records.finder.find(seen, seen.lengths)
             landings.append(seen.taken(np.flatnonzero((cell < 0) | gone.take(cell))))
-        fresh = Records(self._caster, Landings.joined(landings), len(kept), settings.seed, beside=records.finder)
-        self._fresh = RecordLight(self._scene, self._caster, fresh, settings, self._lights, False)
+        fresh = Records(self._lit.caster, Landings.joined(landings), len(kept), settings.seed, beside=records.finder)
+        self._fresh = RecordLight(self._lit, fresh, settings, False)
         self._patched = PatchedRecords(records.finder, fresh.finder, ~gone)
         if len(fresh):
             kinds = sorted({search.kind for search in self._first.searches})
@@ -126,7 +122,7 @@ class ChangedRecords:
             found[kind][half * cells + rows] = value
         found["direct"][:, :3] += yield from self._more_from_lights(settings.seed)
         more = fresh.found
-        self.reflected = ReflectedLight(self._scene, self._caster, self._lights, patched, settings.bounces)
+        self.reflected = ReflectedLight(self._lit, patched, settings.bounces)
         self.reflected.know(*(patched.joined(found[name], more[name]) for name in ("direct", "indirect")))
         known = patched.after >= 0
         delta = self.reflected.known.take(patched.after, axis=0) - first.reflected.known
@@ -156,7 +152,7 @@ class ChangedRecords:
         more = np.zeros((len(held.places), 3))
         if first.lamps is None or len(changes.balls) == 0:
             return more
-        lamps = first.lamps.among(self._first.shining)
+        lamps = first.lamps.among(self._first.lit.lights)
         places = WantedPlaces(held.stands, held.normals, held.normals, first.lamps.group)
 
         def found(task: tuple[int, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:

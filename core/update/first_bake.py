@@ -13,6 +13,7 @@ from ..bounds import Bounds
 from ..direct.emitters import Emitters
 from ..direct.lamp_light import LampLight
 from ..direct.learnt_choice import LearntChoice
+from ..direct.lit_scene import LitScene
 from ..direct.nearby_lamps import NearbyLamps
 from ..discs import TangentDiscs
 from ..estimator.estimate import IrradianceEstimate
@@ -30,7 +31,6 @@ from ..lights.point import PointLight
 from ..lights.spot import SpotLight
 from ..lights.sun import SunLight
 from ..lights.world import UniformWorld
-from ..photons.emission import lights_of
 from ..photons.photon_journal import PhotonPaths
 from ..photons.photon_light import PhotonSearch
 from ..points import Points
@@ -137,29 +137,24 @@ class FirstBake:
         """Of a bake whose ``work`` is done; what that has made is not made again."""
         rays, light, records = work.rays, work.records, work.records.records
         seen = light.shadow_rays
-        lamps = None if seen is None else LearntLamps.of(seen.nearby_lamps, seen.group, work.shining)
+        lamps = None if seen is None else LearntLamps.of(seen.nearby_lamps, seen.group, work.lit.lights)
         kept = FirstRecords(
             records.held, records.sides, records.radii, records.finder, tuple(light.searches), *light.found.values(),
             light.common_error, lamps,
         )  # fmt: skip
         found = cls(
-            scene, points, settings, work.places, LearntLamps.of(rays.nearby_lamps, rays.group, work.shining), kept,
+            scene, points, settings, work.places, LearntLamps.of(rays.nearby_lamps, rays.group, work.lit.lights), kept,
             work.tracing, paths, rays.irradiance + rays.reflected,
             work.common_rounds, rays.done, (rays.rays_per_round / len(points), rays.rays), result,
             None if work.shown is None else work.shown.settled,
         )  # fmt: skip
-        vars(found).update(shining=work.shining, caster=work.caster, reflected=light.reflected)
+        vars(found).update(lit=work.lit, reflected=light.reflected)
         return found
 
     @cached_property
-    def shining(self) -> list[Light]:
-        """All lights of the scene."""
-        return lights_of(self.scene)
-
-    @cached_property
-    def caster(self) -> RayCaster:
-        """Casts rays in the scene."""
-        return RayCaster(self.scene.corners, self.points.centres)
+    def lit(self) -> LitScene:
+        """The scene, as rays look at it."""
+        return LitScene(self.scene, RayCaster(self.scene.corners, self.points.centres))
 
     @cached_property
     def searches(self) -> list[PhotonSearch]:
@@ -172,9 +167,8 @@ class FirstBake:
     @cached_property
     def reflected(self) -> ReflectedLight:
         """What surfaces send on."""
-        records, lights = self.records, self.shining
-        found = ReflectedLight(self.scene, self.caster, lights, records.finder, self.settings.bounces)
-        found.know(records.direct, records.indirect)
+        found = ReflectedLight(self.lit, self.records.finder, self.settings.bounces)
+        found.know(self.records.direct, self.records.indirect)
         return found
 
     @cached_property
@@ -196,7 +190,7 @@ class FirstBake:
     @cached_property
     def nearby_lamps(self) -> NearbyLamps:
         """The lamps, as groups of points know them."""
-        return self.lamps.among(self.shining)
+        return self.lamps.among(self.lit.lights)
 
 
 #: classes of what is kept

@@ -14,6 +14,7 @@ import numpy as np
 from ..bake import Baking, during
 from ..cluster.crew import Crew
 from ..direct.direct_light import DirectLight
+from ..direct.lit_scene import LitScene
 from ..direct.stands import Stands
 from ..errors import InvalidSettingError, NotUpdatableError
 from ..estimator.enclosure import hidden_points
@@ -22,7 +23,6 @@ from ..fit.vertex_fit import ShownErrors, VertexFit
 from ..gather.reflected_light import ReflectedLight
 from ..irradiance import Irradiance
 from ..parallel import ordered_map, slices
-from ..photons.emission import lights_of
 from ..photons.photon_journal import PhotonJournal
 from ..points import Points
 from ..random_streams import random_stream
@@ -140,12 +140,12 @@ class _Update:
             scene = replace(scene, lights=first.scene.lights)
         self._first = first
         self._scene, self._points, self._fit = scene, points, fit
-        self._lights = lights_of(scene)
+        self._lit = LitScene(scene, RayCaster(scene.corners, first.points.centres))
         self.rays = 0  # from points that are found anew
         self._stopwatch = Stopwatch("radius", "place", "shadow", "trace", "gather")
         if scene.specular is not None:
             raise NotUpdatableError(SPECULAR)
-        if not same_lights(first.shining, self._lights):
+        if not same_lights(first.lit.lights, self._lit.lights):
             raise NotUpdatableError("the lights have changed, so that all light is another")
         self._find_changes()
 
@@ -158,10 +158,9 @@ class _Update:
         room = first.scene.bounds.expanded(GROWTH * first.scene.bounds.radius)
         if len(come) and ((corners < room.lower) | (corners > room.upper)).any():
             raise NotUpdatableError("something has left the box that held the whole scene")
-        self._caster = RayCaster(scene.corners, first.points.centres)
         balls = Balls.around(first.scene.corners[gone], scene.corners[come])
-        parts = [c.part(rows) for c, rows in ((first.caster, gone), (self._caster, come)) if len(rows)]
-        after = ReflectedLight(scene, self._caster, self._lights, first.records.finder, 1)
+        parts = [c.part(rows) for c, rows in ((first.lit.caster, gone), (self._lit.caster, come)) if len(rows)]
+        after = ReflectedLight(self._lit, first.records.finder, 1)
         self._changes = LightDifferences(first.reflected, after, balls, parts)
         self._same = same_points(first.points, self._points)
 
@@ -175,7 +174,7 @@ class _Update:
         rows = np.flatnonzero(anew)
         places = yield from during("Placing the points", 0.05, timed("place", self._stand(rows)))
         yield Progress("Tracing photons", 0.1)
-        records = ChangedRecords(first, self._scene, self._caster, self._changes, self._lights)
+        records = ChangedRecords(first, self._lit, self._changes)
         tracing = records.trace()
         yield from during("Tracing photons", 0.1, timed("trace", tracing))
         yield Progress("Placing the records", 0.2)
@@ -233,7 +232,7 @@ class _Update:
             return None
         points = self._points
         inward = None if points.inward is None else points.inward[rows]
-        finding = standpoints(self._caster, points.centres[rows], points.facing[rows], inward)
+        finding = standpoints(self._lit.caster, points.centres[rows], points.facing[rows], inward)
         return Standpoints.joined((yield from collected(finding)))
 
     def _find_anew(
@@ -246,8 +245,8 @@ class _Update:
         first, points = self._first, self._points
         facing = None if points.flat else points.facing[rows]
         stands = Stands(points.centres[rows], places.origins, facing)
-        rays = DirectLight(self._scene, self._caster, stands, points.normals[rows], first.settings, self._lights)
-        rays.gather(records.reflected, self._lights)
+        rays = DirectLight(self._lit, stands, points.normals[rows], first.settings)
+        rays.gather(records.reflected)
         goal = first.settings.aimed_noise
         yield from rays.rounds(0, first.common_rounds)
         while True:

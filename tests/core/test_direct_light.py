@@ -7,6 +7,7 @@ import pytest
 from detp.core.bake import baked
 from detp.core.direct.ambient_occlusion import ambient_occlusion
 from detp.core.direct.direct_light import DirectLight
+from detp.core.direct.lit_scene import LitScene
 from detp.core.direct.low_discrepancy import scrambled_net
 from detp.core.direct.scene_lights import MOST_SHARP_LAMPS
 from detp.core.direct.shadows import MOST_IDLE, SeeThrough, Shadows
@@ -17,7 +18,6 @@ from detp.core.lights.point import PointLight
 from detp.core.lights.spot import SpotLight
 from detp.core.lights.sun import SunLight
 from detp.core.lights.world import UniformWorld
-from detp.core.photons.emission import lights_of
 from detp.core.points import Points
 from detp.core.rays import Hits, RayCaster
 from detp.core.scene import Scene
@@ -44,9 +44,8 @@ def direct(scene, points, normals=UP, rounds=64, **settings):
     """Value and standard error (N,) of the RGB mean."""
     points = np.atleast_2d(np.asarray(points, float))
     normals = np.broadcast_to(normals, points.shape)
-    light = DirectLight(
-        scene, RayCaster(scene.corners), points + 1e-4 * normals, normals, BakeSettings(**settings), lights_of(scene)
-    )
+    lit = LitScene(scene, RayCaster(scene.corners))
+    light = DirectLight(lit, points + 1e-4 * normals, normals, BakeSettings(**settings))
     for _ in light.rounds(0, rounds // 2):
         pass
     for _ in light.rounds(rounds // 2, rounds):

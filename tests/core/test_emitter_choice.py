@@ -8,6 +8,7 @@ from detp.core.direct.direct_light import DirectLight
 from detp.core.direct.emitter_cuts import MOST_RANGES
 from detp.core.direct.emitters import Emitters, halved
 from detp.core.direct.learnt_choice import LearntChoice
+from detp.core.direct.lit_scene import LitScene
 from detp.core.direct.point_groups import PointGroups
 from detp.core.direct.shadows import Shadows
 from detp.core.direct.triangle_choice import TriangleChoice
@@ -15,7 +16,6 @@ from detp.core.lights.area import AreaLight
 from detp.core.lights.emissive import EmissiveTriangles
 from detp.core.lights.point import PointLight
 from detp.core.lights.sun import SunLight
-from detp.core.photons.emission import lights_of
 from detp.core.rays import RayCaster
 from detp.core.scene import Scene
 from detp.core.settings import BakeSettings
@@ -138,7 +138,7 @@ def test_ranges_are_as_bright_as_their_emitters_from_afar():
 
 
 def lit(scene, points, normals, rounds=64, **settings):
-    light = DirectLight(scene, RayCaster(scene.corners), points, normals, BakeSettings(**settings), lights_of(scene))
+    light = DirectLight(LitScene(scene, RayCaster(scene.corners)), points, normals, BakeSettings(**settings))
     for _ in light.rounds(0, rounds):
         pass
     return light

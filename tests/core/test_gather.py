@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from detp.core.bake import baked
+from detp.core.direct.lit_scene import LitScene
 from detp.core.direct.surrounding_light import CONTRASTS, in_part
 from detp.core.gather.cells import Cells
 from detp.core.gather.records import NEAR, Landings, RecordFinder, Records
 from detp.core.gather.reflected_light import MOST_FOLLOWED, ReflectedLight, by_cells
 from detp.core.lights.point import PointLight
-from detp.core.photons.emission import lights_of
 from detp.core.points import Points, facings
 from detp.core.rays import RayCaster
 from detp.core.sampling import cosine_hemisphere
@@ -77,9 +77,9 @@ def test_rays_that_nothing_is_known_of_bring_every_reflection_once(bounces):
     # In a closed room that shines and reflects alike everywhere each reflection brings the albedo times the one before.
     albedo, count = np.array((0.9, 0.5, 0.2)), 20000
     scene = scene_of(box_quads((1, 1, 1)), albedo, 1.0)
-    caster, lights = RayCaster(scene.corners), lights_of(scene)
+    caster = RayCaster(scene.corners)
     nowhere = Landings(*np.zeros((3, 0, 3)), np.zeros(0))
-    light = ReflectedLight(scene, caster, lights, Records(caster, nowhere, 1, 0).finder, bounces)
+    light = ReflectedLight(LitScene(scene, caster), Records(caster, nowhere, 1, 0).finder, bounces)
     origins, normals, generator = np.full((count, 3), 0.5), np.tile((0, 0, 1.0), (count, 1)), np.random.default_rng(3)
     directions = cosine_hemisphere(normals, generator.random((count, 2)))
     hits = caster.first_hits(origins, directions)

@@ -5,12 +5,12 @@ import pytest
 from detp.core import parallel
 from detp.core.direct.direct_light import LEARN_AFTER, DirectLight
 from detp.core.direct.direction_guide import SIDE, DirectionChoice, DirectionSums, cells
+from detp.core.direct.lit_scene import LitScene
 from detp.core.direct.point_groups import LARGEST_GROUP, PointGroups
 from detp.core.direct.round_sums import batches, in_whole_samples
 from detp.core.direct.spots import Spots
 from detp.core.lights.environment import EnvironmentWorld
 from detp.core.lights.world import UniformWorld
-from detp.core.photons.emission import lights_of
 from detp.core.rays import RayCaster
 from detp.core.scene import Scene
 from detp.core.settings import BakeSettings
@@ -54,7 +54,7 @@ def room(light):
 
 
 def looked(scene, points, normals, rounds=32, seed=0):
-    light = DirectLight(scene, RayCaster(scene.corners), points, normals, BakeSettings(seed=seed), lights_of(scene))
+    light = DirectLight(LitScene(scene, RayCaster(scene.corners)), points, normals, BakeSettings(seed=seed))
     for _ in light.rounds(0, rounds):
         pass
     return light

@@ -23,8 +23,8 @@ MOST_SHARP_LAMPS = 32
 
 
 class SceneLights:
-    """The lights of ``lit``, if it ``shines``, for points with ``normals`` (N, 3), whose rays start at ``stands``, in the
-    order of their ``groups``.
+    """The lights of ``lit``, if it ``shines``, for points with ``normals`` (N, 3), whose rays start at ``stands``, in
+    the order of their ``groups``.
 
     A round has ``rays`` to lamps, to each of the surroundings, and by chance. Surfaces farther than ``reach`` metres do
     not shade a point from the world.

@@ -110,7 +110,12 @@ class ProcessHands:
                 self._found.pop(number, None)
 
     def _start(self) -> None:
-        """Start a process; where that cannot be, the others do its part."""
+        """Start a process; where that cannot be, the others do its part.
+
+        A Blender without a Python beside it calls itself that, and would open another window.
+        """
+        if not Path(sys.executable or "").name.lower().startswith("python"):
+            return
         port = self._door.getsockname()[1]
         told = {"path": sys.path, "port": port, "token": self._token.hex()}
         # Ctrl-C in a terminal is for this process alone, which ends the others; on Windows no window is to open.

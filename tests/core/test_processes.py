@@ -89,9 +89,9 @@ def test_processes_that_are_killed_cost_nothing_but_time(room, lost, settings, p
     assert_same(found, baked(*room, settings))
 
 
-@pytest.mark.parametrize("program", ["/no/such/python", "", sys.executable])
+@pytest.mark.parametrize("program", ["/no/such/python", "/usr/bin/blender", "", sys.executable])
 def test_where_processes_cannot_start_this_one_does_all(room, monkeypatch, tmp_path, program):
-    """There is no such program, or it ends at once."""
+    """There is no such program, or it ends at once, or is not Python."""
     monkeypatch.setattr(processes.sys, "executable", program)
     monkeypatch.setattr(processes, "_WORKER", tmp_path / "no_such_script.py")
     with ProcessHands(2) as hands:

@@ -72,6 +72,27 @@ def test_a_hint_of_metal_counts_as_diffuse():
     assert scene.specular is None and np.allclose(scene.albedo, SHADE)
 
 
+# What Cycles 4.5 reflects of a white sky off a white metal whose distribution is GGX, a mean by the cosine over angles.
+@pytest.mark.parametrize("roughness, kept", [(0.0, 1.0), (0.3, 0.977), (0.5, 0.883), (0.7, 0.708), (1.0, 0.409)])
+@pytest.mark.parametrize("kind, colour, metal", [
+    ("BsdfPrincipled", "Base_Color", {"Metallic": 1.0}), ("BsdfAnisotropic", "Color", {}),
+])  # fmt: skip
+def test_metals_lose_what_facets_block_unless_light_goes_on_between_them(kind, colour, metal, roughness, kept):
+    shade = {colour: (*SHADE, 1), "Roughness": roughness, **metal}
+    for distribution, share in (("GGX", kept), ("MULTI_GGX", 1.0)):
+        fresh()
+        scene, result = worn(quad(), kind, {"distribution": distribution}, **shade)
+        assert np.allclose(scene.specular.mirror, share * np.array(SHADE), rtol=0.011)
+        assert not any("microfacets" in sentence for sentence in result.left_out)
+
+
+def test_other_microfacets_are_named_where_they_are_rough():
+    for roughness in (0.0, 0.5):
+        fresh()
+        _, result = worn(quad(), "BsdfAnisotropic", {"distribution": "BECKMANN"}, Roughness=roughness)
+        assert any("microfacets" in sentence for sentence in result.left_out) == (roughness > 0)
+
+
 @pytest.mark.parametrize("kind, inputs, gloss, clear", [
     ("BsdfGlass", {"Color": (*SHADE, 1), "IOR": 1.4, "Roughness": 0.1}, SHADE, SHADE),
     ("BsdfRefraction", {"Color": (*SHADE, 1), "IOR": 1.4, "Roughness": 0.1}, SHADE, SHADE),

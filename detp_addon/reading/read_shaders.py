@@ -81,13 +81,13 @@ def _principled(shaders: Shaders, node, groups) -> Response:
     # A light ray enters and leaves a solid, and each passage tints it by the root of the base colour.
     tint = np.maximum(base, 0) if thin else np.sqrt(np.maximum(base, 0))
     roughness = value("Roughness")
+    kept = _kept_by_facets(shaders, node, roughness) if (metallic + clear).any() else 1.0
     diffuse, above = base * (1 - metallic - clear), np.zeros(3)
     if bool((metallic + clear).min() < 1):
         above = reflected_above(value("IOR"), value("Specular IOR Level"), value("Specular Tint"), roughness)
         above = above * np.clip(1 - base, 0, 1) * (1 - metallic - clear)
-    mirror = base * metallic * _kept_by_facets(shaders, node, roughness) if metallic.any() else 0.0
-    opaque = Response.of(diffuse, emission, mirror=mirror, roughness=roughness, highlight=above)
-    glass = Response.of(gloss=clear, clear=clear * tint, roughness=roughness, ior=value("IOR"))
+    opaque = Response.of(diffuse, emission, mirror=base * metallic * kept, roughness=roughness, highlight=above)
+    glass = Response.of(gloss=clear * kept, clear=clear * tint * kept, roughness=roughness, ior=value("IOR"))
     shaders.passes |= _opens(shaders, node, groups)
     whole = opaque.plus(straightened(glass, sheet=True) if thin else glass)
     shaders.specular |= shaders.used(node, "Metallic", groups) or shaders.used(node, "Transmission Weight", groups)
@@ -164,7 +164,7 @@ def _metal(shaders: Shaders, node, groups, colour) -> Response:
 
 
 def _kept_by_facets(shaders: Shaders, node, roughness):
-    """Share (m or 1, 1) of light that a white metal of that ``roughness`` sends on.
+    """Share (m or 1, 1) of light that a white metal or clear glass of that ``roughness`` sends on.
 
     Cycles follows light from facet to facet in Multiscatter GGX alone; elsewhere what the next facet blocks is lost.
     """
@@ -181,7 +181,8 @@ def _glass(shaders: Shaders, node, groups) -> Response:
     if shaders.used(node, "Thin Film Thickness", groups):
         shaders.left_out("thin films on {}")
     colour, roughness, ior = (shaders.values.input(node, name, groups) for name in ("Color", "Roughness", "IOR"))
-    return Response.of(gloss=colour, clear=colour, roughness=roughness, ior=ior)
+    handled = colour * _kept_by_facets(shaders, node, roughness)
+    return Response.of(gloss=handled, clear=handled, roughness=roughness, ior=ior)
 
 
 def _transparent(shaders: Shaders, node, groups) -> Response:

@@ -85,7 +85,7 @@ def _placed(objects: list[PlacedMesh], surfaces: list[MeshSurface]) -> list[Corn
     centres, normals, valid, shown = [], [], [], []
     for placed, (vertices, same), turn in zip(objects, own, turns, strict=True):
         if same:
-            positions = surfaces[placed.surface].vertices[vertices]
+            positions = surfaces[placed.surface].vertices[surfaces[placed.surface].at_corners]
             directions, known, corners, triangles = facing[placed.surface]
             faces = surfaces[placed.surface].corners[surfaces[placed.surface].kept]
         else:
@@ -142,9 +142,16 @@ def _facing(objects: list[PlacedMesh], surfaces: list[MeshSurface]) -> dict[int,
 
 
 def _same_corners(original, vertices: np.ndarray, evaluated, surface: MeshSurface) -> bool:
-    """Whether both meshes, whose corners have these ``vertices`` and those of the surface, have the same faces."""
-    counts = [(len(mesh.vertices), len(mesh.polygons)) for mesh in (original, evaluated)]
-    return counts[0] == counts[1] and np.array_equal(vertices, surface.at_corners)
+    """Whether both meshes, whose corners have these ``vertices`` and those of the surface, have the same faces.
+
+    Vertices may have been split, as Edge Split does.
+    """
+    counts = [(len(mesh.polygons), len(mesh.loops)) for mesh in (original, evaluated)]
+    if counts[0] != counts[1] or len(vertices) == 0:
+        return counts[0] == counts[1]
+    source = np.full(surface.at_corners.max() + 1, -1)
+    source[surface.at_corners] = vertices
+    return np.array_equal(source[surface.at_corners], vertices)
 
 
 def _on_changed_surface(placed: PlacedMesh, surface: MeshSurface, vertex_of: np.ndarray):

@@ -11,7 +11,7 @@ from mathutils import Matrix, Vector
 #: of the directions from a place in a room so many show the front of a face; and so many of some places do
 _AROUND, _PLACES = 0.85, 1 / 3
 
-#: an object so many times as large as all others together is what they stand on, and not what is looked at
+#: an object so many times as large as all others together is their ground or sky, and not what is looked at
 _GROUND, _MARGIN = 20.0, 0.5
 
 #: the rest of the picture would be smaller than one part in so many
@@ -35,8 +35,8 @@ def frame(
     ``aspect`` is the picture's width over its height, at least 1.
     """
     boxes = np.array([[obj.matrix_world @ Vector(corner) for corner in obj.bound_box] for obj in objects])
-    lower, upper = boxes.min(axis=(0, 1)), boxes.max(axis=(0, 1))
-    size = upper - lower
+    corners = _looked_at(boxes)
+    lower, size = corners.min(axis=0), np.ptp(corners, axis=0)
     camera.data.clip_start = 1e-3 * max(float(np.linalg.norm(size)), 1e-6)
     camera.data.clip_end = 1e3 * camera.data.clip_start * 10
     shells = {obj.name for obj, box in zip(objects, boxes, strict=True) if _holds_any(box, boxes)}
@@ -45,8 +45,7 @@ def frame(
         camera.data.angle = math.radians(75)
         _look_at(camera, inside, lower + size * (0.6, 0.55, 0.4))
         return
-    corners = _looked_at(boxes)
-    centre = (corners.min(axis=0) + corners.max(axis=0)) / 2
+    centre = lower + size / 2
     view = _open_side(scene, view_layer, corners)
     _look_at(camera, view, np.zeros(3))
     # Back off along the view until all corners are inside the picture.
@@ -136,7 +135,8 @@ def _inside(scene, view_layer, lower: np.ndarray, size: np.ndarray, shells: set[
 
     def shows_front(place, direction) -> bool:
         hit, at, normal, _, obj, _ = cast(place, direction)
-        apart = hit and (at - Vector(place)).length > 1e-6 * np.linalg.norm(size)
+        # Nearer is the place itself, and farther a sky or a wall that the box leaves out.
+        apart = hit and 1e-6 < (at - Vector(place)).length / np.linalg.norm(size) < 1
         return bool(apart and (normal.dot(Vector(direction)) < 0 or obj.name in shells))
 
     shares = np.stack(np.meshgrid(*3 * [(0.3, 0.5, 0.7)], indexing="ij"), axis=-1).reshape(-1, 3)

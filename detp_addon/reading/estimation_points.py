@@ -85,7 +85,7 @@ def _placed(objects: list[PlacedMesh], surfaces: list[MeshSurface]) -> list[Corn
     centres, normals, valid, shown = [], [], [], []
     for placed, (vertices, same), turn in zip(objects, own, turns, strict=True):
         if same:
-            positions = surfaces[placed.surface].vertices[vertices]
+            positions = surfaces[placed.surface].vertices[surfaces[placed.surface].at_corners]
             directions, known, corners, triangles = facing[placed.surface]
             faces = surfaces[placed.surface].corners[surfaces[placed.surface].kept]
         else:
@@ -122,9 +122,7 @@ def _own_corners(objects: list[PlacedMesh], surfaces: list[MeshSurface]) -> list
         if key not in known:
             original, surface = placed.object.data, surfaces[placed.surface]
             vertices = corner_vertex_indices(original)
-            counts = [(len(mesh.vertices), len(mesh.polygons)) for mesh in (original, placed.evaluated)]
-            same = counts[0] == counts[1] and np.array_equal(vertices, surface.at_corners)
-            known[key] = vertices, same
+            known[key] = vertices, _same_corners(original, vertices, placed.evaluated, surface)
     return [known[placed.object.data, placed.surface] for placed in objects]
 
 
@@ -141,6 +139,19 @@ def _facing(objects: list[PlacedMesh], surfaces: list[MeshSurface]) -> dict[int,
     triangles = [np.repeat(np.arange(len(surface.triangles)), 3) for surface in shown]
     corners = [surface.corners.ravel() for surface in shown]
     return dict(zip(meshes, zip(normals, valid, corners, triangles, strict=True), strict=True))
+
+
+def _same_corners(original, vertices: np.ndarray, evaluated, surface: MeshSurface) -> bool:
+    """Whether both meshes, whose corners have these ``vertices`` and those of the surface, have the same faces.
+
+    Vertices may have been split, as Edge Split does.
+    """
+    counts = [(len(mesh.polygons), len(mesh.loops)) for mesh in (original, evaluated)]
+    if counts[0] != counts[1] or len(vertices) == 0:
+        return counts[0] == counts[1]
+    source = np.full(surface.at_corners.max() + 1, -1)
+    source[surface.at_corners] = vertices
+    return np.array_equal(source[surface.at_corners], vertices)
 
 
 def _on_changed_surface(placed: PlacedMesh, surface: MeshSurface, vertex_of: np.ndarray):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .glass_bodies import straightened
-from .highlights import reflected_above
+from .highlights import let_out_at_once, reflected_above
 from .read_node_graph import Feed, feed_of, find_input
 from .read_values import Values, described
 from .remembered import Remembered
@@ -81,12 +81,13 @@ def _principled(shaders: Shaders, node, groups) -> Response:
     # A light ray enters and leaves a solid, and each passage tints it by the root of the base colour.
     tint = np.maximum(base, 0) if thin else np.sqrt(np.maximum(base, 0))
     roughness = value("Roughness")
+    kept = _kept_by_facets(shaders, node, roughness) if (metallic + clear).any() else 1.0
     diffuse, above = base * (1 - metallic - clear), np.zeros(3)
     if bool((metallic + clear).min() < 1):
         above = reflected_above(value("IOR"), value("Specular IOR Level"), value("Specular Tint"), roughness)
         above = above * np.clip(1 - base, 0, 1) * (1 - metallic - clear)
-    opaque = Response.of(diffuse, emission, mirror=base * metallic, roughness=roughness, highlight=above)
-    glass = Response.of(gloss=clear, clear=clear * tint, roughness=roughness, ior=value("IOR"))
+    opaque = Response.of(diffuse, emission, mirror=base * metallic * kept, roughness=roughness, highlight=above)
+    glass = Response.of(gloss=clear * kept, clear=clear * tint * kept, roughness=roughness, ior=value("IOR"))
     shaders.passes |= _opens(shaders, node, groups)
     whole = opaque.plus(straightened(glass, sheet=True) if thin else glass)
     shaders.specular |= shaders.used(node, "Metallic", groups) or shaders.used(node, "Transmission Weight", groups)
@@ -158,7 +159,20 @@ def _metal(shaders: Shaders, node, groups, colour) -> Response:
     for name, sentence in notes.items():
         if shaders.used(node, name, groups):
             shaders.left_out(sentence)
-    return Response.of(mirror=colour, roughness=shaders.values.input(node, "Roughness", groups))
+    roughness = shaders.values.input(node, "Roughness", groups)
+    return Response.of(mirror=colour * _kept_by_facets(shaders, node, roughness), roughness=roughness)
+
+
+def _kept_by_facets(shaders: Shaders, node, roughness):
+    """Share (m or 1, 1) of light that a white metal or clear glass of that ``roughness`` sends on.
+
+    Cycles follows light from facet to facet in Multiscatter GGX alone; elsewhere what the next facet blocks is lost.
+    """
+    if node.distribution == "MULTI_GGX":
+        return 1.0
+    if node.distribution != "GGX" and roughness.any():
+        shaders.left_out("microfacets of {} other than GGX, which stand for them")
+    return let_out_at_once(roughness)
 
 
 def _glass(shaders: Shaders, node, groups) -> Response:
@@ -167,7 +181,8 @@ def _glass(shaders: Shaders, node, groups) -> Response:
     if shaders.used(node, "Thin Film Thickness", groups):
         shaders.left_out("thin films on {}")
     colour, roughness, ior = (shaders.values.input(node, name, groups) for name in ("Color", "Roughness", "IOR"))
-    return Response.of(gloss=colour, clear=colour, roughness=roughness, ior=ior)
+    handled = colour * _kept_by_facets(shaders, node, roughness)
+    return Response.of(gloss=handled, clear=handled, roughness=roughness, ior=ior)
 
 
 def _transparent(shaders: Shaders, node, groups) -> Response:

@@ -110,9 +110,9 @@ _HONOURED = {
     ),
     "node": set(
         "attribute_name attribute_type blend_type clamp clamp_factor clamp_result clamp_type color_ramp data_type "
-        "extension factor_mode fresnel_type from_instancer gradient_type image interpolation interpolation_type invert "
-        "is_active_output layer_name mapping mode node_tree object operation rotation_type target texture_mapping "
-        "use_clamp uv_map vector_type "
+        "distribution extension factor_mode fresnel_type from_instancer gradient_type image interpolation "
+        "interpolation_type invert is_active_output layer_name mapping mode node_tree object operation rotation_type "
+        "target texture_mapping use_clamp uv_map vector_type "
         # of skies, which Cycles makes a picture of
         "aerosol_density air_density altitude dust_density ground_albedo ozone_density sky_type sun_direction sun_disc "
         "sun_elevation sun_intensity sun_rotation sun_size turbidity".split()
@@ -177,8 +177,8 @@ _HARMLESS_OF = {
         "shadow_maximum_resolution use_absolute_resolution use_shadow_jitter contact_shadow_bias "
         "contact_shadow_distance contact_shadow_thickness use_contact_shadow shadow_buffer_bias shadow_color".split()
     ),
-    # How gloss is spread, noise, blends of projections that are named, and what Cycles does not ask for.
-    "node": set("aov_name color_mapping distribution projection_blend samples use_alpha".split()),
+    # Noise, blends of projections that are named, and what Cycles does not ask for.
+    "node": set("aov_name color_mapping projection_blend samples use_alpha".split()),
 }
 
 

@@ -39,7 +39,8 @@ def set_up_cycles(scene: bpy.types.Scene, bounces: int = BOUNCES) -> None:
     scene.render.threads_mode = "AUTO"
     cycles = scene.cycles
     cycles.device, cycles.use_adaptive_sampling, cycles.use_denoising = "CPU", False, False
-    cycles.max_bounces = cycles.diffuse_bounces = cycles.transparent_max_bounces = bounces
+    for name in ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "transparent_max_bounces"):
+        setattr(cycles, name, bounces)
     cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0.0
     cycles.blur_glossy, cycles.time_limit = 0.0, 0.0
     cycles.use_fast_gi = cycles.use_guiding = False

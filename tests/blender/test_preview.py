@@ -145,6 +145,15 @@ def test_a_wide_ground_does_not_hide_what_stands_on_it(tmp_path):
     assert 0.005 < red.mean() < 0.5
 
 
+def test_a_sky_around_everything_is_not_what_is_looked_at(tmp_path):
+    cube("sky", (0.5, 0.5, 0.5), size=400.0).scale = (-1, 1, 1)
+    for place in ((0, 0, 0.5), (3, 2, 0.5)):
+        cube(f"crate {place}", (1.0, 0.0, 0.0), place, 1.0)
+    _, picture = drawn(tmp_path / "p.png")
+    red = (picture[..., 0] > 0.5) & (picture[..., 1] < 0.1)
+    assert 0.005 < red.mean() < 0.5
+
+
 @pytest.mark.parametrize(("x", "y"), [(-2, 2), (2, -2)])
 def test_a_set_is_seen_from_its_open_side(tmp_path, x, y):
     """Two walls of a corner, which show their fronts to its inside, and something on the floor between."""

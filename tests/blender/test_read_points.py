@@ -131,6 +131,18 @@ def test_changed_meshes_take_light_from_the_nearest_place(kind, settings, neares
     assert agreement.min() > (0.999 if kind != "REMESH" else 0.7)
 
 
+def test_faces_whose_edges_are_split_keep_their_corners():
+    """A smooth-shaded box with Edge Split is shaded as a flat one, corner by corner, and no place is looked for."""
+    split = smooth(cube())
+    split.modifiers.new("Split", "EDGE_SPLIT").split_angle = 0.5
+    result = read()
+    assert not result.warnings
+    rows = result.targets[0].point_rows
+    assert np.allclose(result.centres[rows], original(split))
+    faces = np.repeat([face.normal for face in split.data.polygons], 4, axis=0)
+    assert np.allclose(result.normals[rows], faces, atol=1e-6)
+
+
 def test_a_subdivided_surface_keeps_its_own_vertices():
     obj = cube()
     modifier = obj.modifiers.new("subdivide", "SUBSURF")

@@ -95,7 +95,7 @@ def test_curves_texts_and_metaballs_are_there_as_meshes():
     quad()
     for name, data in (("curve", curve), ("text", text), ("ball", ball)):
         linked(name, data)
-        counts.append(read().triangles)
+        counts.append(len(read().scene.triangles))
     assert 2 < counts[0] < counts[1] < counts[2]
     assert len(read().targets) == 1
 

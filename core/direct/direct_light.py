@@ -207,6 +207,7 @@ class DirectLight:
             rounds = in_whole_samples(end - begin, len(self._points))
             if where is not None:
                 rounds = np.where(where, rounds, 0)
+                groups = [part for part in groups if rounds[self._rows(part)].any()]
             for part, _ in zip(groups, self._casts(groups, begin, rounds), strict=True):
                 share = self._groups.start[part.stop] / len(self._points)
                 yield min((begin - first + share * (end - begin)) / (last - first), 1.0)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import uuid
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from itertools import count
 from typing import Protocol
 
@@ -28,7 +28,7 @@ from ..scene import Scene
 from ..settings import BakeSettings
 from .dask_hands import LOCAL, hands_at
 from .packing import packed, unpacked
-from .processes import ProcessHands
+from .processes import processes_at_hand
 
 #: Seconds of one processor of the reference from which on a bake is worth the start of processes.
 WORTH = 4.0
@@ -133,13 +133,11 @@ def crew_of(
     sizes, count = (len(scene.triangles), len(points), discs), worker_count()
     if address is None:
         count = min(count // beside, workers_that_fit(*sizes))
-        if count < 2 or processor_seconds(len(points), settings) < WORTH:
-            yield None
-            return
-        hands = ProcessHands(count)
+        pays = count > 1 and processor_seconds(len(points), settings) >= WORTH
+        hands = processes_at_hand(count) if pays else nullcontext()
     else:
         if address == LOCAL:
             check_workers(*sizes, count)
         hands = hands_at(address)
     with hands as ready:
-        yield Crew(ready, uuid.uuid4().hex, scene, points, settings)
+        yield None if ready is None else Crew(ready, uuid.uuid4().hex, scene, points, settings)

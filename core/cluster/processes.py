@@ -16,7 +16,7 @@ import sys
 import time
 from collections import deque
 from collections.abc import Iterable, Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from itertools import count
 from pathlib import Path
 
@@ -42,10 +42,22 @@ _ALONE = dict.fromkeys(
 _WORKER = Path(__file__).with_name("worker.py")
 
 
+@contextmanager
+def processes_at_hand(count: int) -> Iterator[ProcessHands | None]:
+    """So many processes, or None where none can be started."""
+    try:
+        hands = ProcessHands(count)
+    except OSError:  # no sockets are allowed here
+        yield None
+        return
+    with hands:
+        yield hands if hands.started else None
+
+
 class ProcessHands:
     """So many ``processes`` of one thread each; none at all: this process does everything, from the same bytes.
 
-    To be closed in the end, as a context.
+    To be closed in the end, as a context. Attribute ``started``: those that there are.
     """
 
     def __init__(self, processes: int):
@@ -61,7 +73,7 @@ class ProcessHands:
         self._door = socket.create_server(("127.0.0.1", 0), backlog=max(processes, 1))
         self._selector = selectors.DefaultSelector()
         self._selector.register(self._door, selectors.EVENT_READ)
-        self._processes: list[subprocess.Popen] = []
+        self.started: list[subprocess.Popen] = []
         for _ in range(processes):
             self._start()
 
@@ -73,9 +85,9 @@ class ProcessHands:
             worker.close()
         self._selector.close()
         self._door.close()
-        for process in self._processes:
+        for process in self.started:
             process.kill()
-        for process in self._processes:
+        for process in self.started:
             process.wait()
         for key in self._held:
             forget(key)
@@ -100,7 +112,7 @@ class ProcessHands:
                 self._waiting.append(number)
                 mine.append(number)
                 self._hand_out()
-                while len(mine) >= AHEAD * max(len(self._processes), 1):
+                while len(mine) >= AHEAD * max(len(self.started), 1):
                     yield self._result(mine.popleft())
             while mine:
                 yield self._result(mine.popleft())
@@ -127,7 +139,7 @@ class ProcessHands:
             )  # fmt: skip
         except (OSError, ValueError):
             return
-        self._processes.append(process)
+        self.started.append(process)
         with suppress(OSError):  # it is gone already
             process.stdin.write(json.dumps(told).encode())
             process.stdin.close()
@@ -165,9 +177,9 @@ class ProcessHands:
 
     def _coming(self) -> bool:
         """Whether a process may still come."""
-        if len(self._workers) + self._lost >= len(self._processes) or time.monotonic() > self._until:
+        if len(self._workers) + self._lost >= len(self.started) or time.monotonic() > self._until:
             return False
-        return sum(process.poll() is None for process in self._processes) > len(self._workers)
+        return sum(process.poll() is None for process in self.started) > len(self._workers)
 
     def _look(self) -> None:
         """Take what has come, or wait a little."""

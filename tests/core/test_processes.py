@@ -16,7 +16,7 @@ from detp.core.bake import bake, baked
 from detp.core.cluster import crew as crews
 from detp.core.cluster import processes
 from detp.core.cluster.crew import Crew, crew_of
-from detp.core.cluster.processes import ProcessHands
+from detp.core.cluster.processes import ProcessHands, processes_at_hand
 from detp.core.errors import OutOfMemoryError
 from detp.core.stages import finished
 from detp.core.update.session import BakeSession
@@ -63,8 +63,8 @@ def started(monkeypatch):
 def test_processes_give_the_light_of_none(room, number, settings):
     with ProcessHands(number) as hands:
         assert_same(finished(steps_by(hands, room, settings)), baked(*room, settings))
-        assert len(hands._workers) == len(hands._processes) == number
-    assert all(process.returncode is not None for process in hands._processes)
+        assert len(hands._workers) == len(hands.started) == number
+    assert all(process.returncode is not None for process in hands.started)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has other signals")
@@ -72,7 +72,7 @@ def test_processes_give_the_light_of_none(room, number, settings):
 @pytest.mark.parametrize(("settings", "phase", "number"), [(QUICK, "Casting rays", 1), (PHOTONS, "Tracing photons", 4)])
 def test_processes_that_are_killed_cost_nothing_but_time(room, lost, settings, phase, number):
     with ProcessHands(3) as hands:
-        left, seen = hands._processes[:lost], 0
+        left, seen = hands.started[:lost], 0
         steps = steps_by(hands, room, settings)
         while True:
             try:
@@ -85,16 +85,30 @@ def test_processes_that_are_killed_cost_nothing_but_time(room, lost, settings, p
                 for process in left:
                     process.send_signal(signal.SIGKILL)
                 left = []
-        assert not left and sum(process.poll() is not None for process in hands._processes) == lost
+        assert not left and sum(process.poll() is not None for process in hands.started) == lost
     assert_same(found, baked(*room, settings))
 
 
-@pytest.mark.parametrize("program", ["/no/such/python", "/usr/bin/blender", "", sys.executable])
-def test_where_processes_cannot_start_this_one_does_all(room, monkeypatch, tmp_path, program):
-    """There is no such program, or it ends at once, or is not Python."""
+@pytest.mark.parametrize("program", ["/no/such/python", "/usr/bin/blender", ""])
+def test_where_processes_cannot_start_there_is_no_crew(monkeypatch, program):
+    """There is no such program, or it is not Python."""
     monkeypatch.setattr(processes.sys, "executable", program)
+    with processes_at_hand(2) as hands:
+        assert hands is None
+
+
+def test_where_no_sockets_are_allowed_there_is_no_crew(monkeypatch):
+    def refuse(*_, **__):
+        raise PermissionError
+
+    monkeypatch.setattr(processes.socket, "create_server", refuse)
+    with processes_at_hand(2) as hands:
+        assert hands is None
+
+
+def test_where_processes_end_at_once_this_one_does_all(room, monkeypatch, tmp_path):
     monkeypatch.setattr(processes, "_WORKER", tmp_path / "no_such_script.py")
-    with ProcessHands(2) as hands:
+    with processes_at_hand(2) as hands:
         assert_same(finished(steps_by(hands, room, QUICK)), baked(*room, QUICK))
         assert not hands._workers
 
@@ -130,7 +144,7 @@ def test_a_bake_that_is_closed_leaves_no_processes(room, monkeypatch, started):
 def test_processes_end_with_the_one_that_started_them(tmp_path):
     script = "import sys, time; from detp.core.cluster.processes import ProcessHands; hands = ProcessHands(2)\n"
     script += "while len(hands._workers) < 2: hands._look()\n"
-    script += "print(*(each.pid for each in hands._processes), flush=True); time.sleep(60)"
+    script += "print(*(each.pid for each in hands.started), flush=True); time.sleep(60)"
     starter = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
     started = [int(each) for each in starter.stdout.readline().split()]
     starter.kill()

@@ -39,7 +39,7 @@ class Forecast:
 
 def forecast(points: int, settings: BakeSettings, factor: float = 1.0) -> Forecast:
     """What baking so many ``points`` is likely to take; ``factor`` corrects the time by what a scene took before."""
-    if settings.seconds is not None and settings.error is None and settings.photons is None:
+    if settings.time_alone:
         # A bake does what it can, however short its time.
         seconds = max(settings.seconds, 2.0 * factor * START)
         low, high = np.log(ERRORS)
@@ -54,7 +54,7 @@ def forecast(points: int, settings: BakeSettings, factor: float = 1.0) -> Foreca
 
 def processor_seconds(points: int, settings: BakeSettings) -> float:
     """Seconds of one processor of the reference that baking so many ``points`` is likely to take."""
-    if settings.seconds is not None and settings.error is None and settings.photons is None:
+    if settings.time_alone:
         return settings.seconds
     return _processor_seconds(points, settings, _error(settings))
 

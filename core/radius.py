@@ -90,7 +90,7 @@ def chosen_radius(
         light += Irradiance(direct[rows], np.zeros((len(rows), 3)))
         error = np.fmax(error / INDIRECT_ALLOWANCE, light.relative_error)
     photons, target = settings.expected_photons, settings.target_error
-    if settings.seconds is not None and settings.photons is None and settings.error is None:
+    if settings.time_alone:
         left = settings.seconds - (time.perf_counter() - start) - PLACING * len(centres)
         # The radius changes with the sixth root of such guesses.
         photons = max(int(PILOT_PHOTONS * left / (FOR_A_PHOTON * (traced - tracing))), PILOT_PHOTONS)

@@ -106,6 +106,11 @@ class BakeSettings:
             raise InvalidSettingError(f"The seed must be 0 or more, not {self.seed}.")
 
     @property
+    def time_alone(self) -> bool:
+        """Whether nothing but a time ends the bake."""
+        return self.seconds is not None and self.error is None and self.photons is None
+
+    @property
     def aimed_noise(self) -> float | None:
         """The error by noise at which the bake ends; None when time or photons alone end it.
 

@@ -84,9 +84,8 @@ class Bench:
     """Where a worker works on one bake: its ``scene``, ``points`` and ``settings``, and what follows from them."""
 
     def __init__(self, scene: Scene, points: Points, settings: BakeSettings):
-        self.scene, self.points, self.settings = scene, points, settings
-        self.caster = RayCaster(scene.corners, points.centres)
-        self.lit = LitScene(scene, self.caster)
+        self.points, self.settings = points, settings
+        self.lit = LitScene(scene, RayCaster(scene.corners, points.centres))
         self.reflected: ReflectedLight | None = None
         self.photons: PhotonLight | None = None
         self._laid: dict[str, str] = {}
@@ -107,7 +106,7 @@ class Bench:
         self.reflected.know(direct, indirect)
 
     def _lay_searches(self, tracing: tuple, searches: tuple) -> None:
-        tracer = PhotonTracer(self.scene, self.caster, *tracing)
+        tracer = PhotonTracer(self.lit.scene, self.lit.caster, *tracing)
         found = [PhotonSearch(kind, VisibleDiscs.of(*told), *counts) for kind, told, *counts in searches]
         self.photons = PhotonLight(tracer, found, self.settings.seed)
         self.photons.make_gatherers(self.settings.gatherer)
@@ -118,15 +117,15 @@ def _stand(bench: Bench, begin: int, end: int) -> Standpoints:
     points, rows = bench.points, slice(begin, end)
     centres, facing = points.centres[rows], points.facing[rows]
     if bench.settings.estimator == "plain":
-        found = plain_standpoints(bench.caster, centres, facing)
+        found = plain_standpoints(bench.lit.caster, centres, facing)
     else:
-        found = standpoints(bench.caster, centres, facing, None if points.inward is None else points.inward[rows])
+        found = standpoints(bench.lit.caster, centres, facing, None if points.inward is None else points.inward[rows])
     return Standpoints.joined(list(found))
 
 
 def _place(bench: Bench, *discs) -> tuple:
     """Of discs as :func:`.visible_discs` takes them, what tells what their centres see of them."""
-    return VisibleDiscs.joined(list(visible_discs(bench.caster, *discs))).told()
+    return VisibleDiscs.joined(list(visible_discs(bench.lit.caster, *discs))).told()
 
 
 def _cast(bench: Bench, piece) -> tuple:

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..bake import Baking, during
-from ..cluster.crew import Crew
 from ..direct.direct_light import DirectLight
 from ..direct.lit_scene import LitScene
 from ..direct.stands import Stands
@@ -37,6 +37,9 @@ from .changed_places import Balls, Sight
 from .differences import NOISE, POINTS_PER_CHUNK, Differences, LightDifferences
 from .first_bake import FirstBake
 from .matching import light_scale, same_lights, same_points, same_triangles
+
+if TYPE_CHECKING:
+    from ..cluster.crew import Crew
 
 #: Bytes of light paths that a session keeps at most.
 LIMIT = 1 << 31

@@ -167,13 +167,13 @@ class KeptBake:
             raise NotUpdatableError("there is light that was not baked before")
         self.updated, free = False, free_bytes()
         settings = self._unlike_others(group, settings)
-        try:
-            session = BakeSession(surfaces, points, settings, LIMIT if free is None else min(LIMIT, int(SHARE * free)))
-        except (InvalidSettingError, NotUpdatableError) as error:
-            self._not_kept(error, group)
-            with hired as crew:
-                return (yield from bake(surfaces, points, settings, fit, crew))
+        limit = LIMIT if free is None else min(LIMIT, int(SHARE * free))
         with hired as crew:
+            try:
+                session = BakeSession(surfaces, points, settings, limit)
+            except (InvalidSettingError, NotUpdatableError) as error:
+                self._not_kept(error, group)
+                return (yield from bake(surfaces, points, settings, fit, crew))
             result = yield from session.bake(fit, crew)
         try:
             session.check()

@@ -6,46 +6,20 @@ import os
 import signal
 import sys
 import time
-import uuid
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from detp.core import AreaLight, BakeSettings, PointLight, Points, SpotLight, SunLight, UniformWorld, parallel
-from detp.core.bake import bake, baked
+from crew_bakes import PHOTONS, QUICK, finished_after_loss, lamps, room, same, steps_by
+from detp.core import AreaLight, BakeSettings, SunLight, UniformWorld, parallel
+from detp.core.bake import baked
 from detp.core.cluster import bench, dask_hands
-from detp.core.cluster.crew import Crew
 from detp.core.cluster.packing import packed, unpacked
 from detp.core.cluster.processes import ProcessHands
 from detp.core.errors import ClusterError
 from detp.core.photons import photon_light
 from detp.core.photons.photon_light import PhotonPiece
 from detp.core.stages import finished
-from rooms import box_quads, face_points, scene_of
-
-QUICK = BakeSettings(photons=6_000)
-PHOTONS = BakeSettings(photons=40_000, radius=0.2, indirect="photons")
-
-
-def lamps():
-    spot = SpotLight((0.2, 0.2, 0.9), (0, 0, -1), (5, 5, 5), 1.0, 0.2, 0.05)
-    many = [PointLight((x, 0.7, 0.8), (1, 2, 1), 0.02) for x in np.linspace(0.1, 0.9, 33)]
-    return PointLight((0.5, 0.4, 0.6), (3, 2, 1)), spot, *many
-
-
-def room(lights=None, emission=0.0, **more):
-    """A room of six walls, with its points."""
-    quads = box_quads((1.0, 1.0, 1.0))
-    scene = scene_of(quads, 0.6, emission, lamps() if lights is None else lights, **more)
-    points, normals = face_points(quads, 10)
-    return scene, Points(0.97 * (points - 0.5) + 0.5, normals)
-
-
-def same(one, other):
-    for name in ("direct", "indirect", "seen"):
-        for part in ("value", "standard_error"):
-            assert np.array_equal(getattr(getattr(one, name), part), getattr(getattr(other, name), part))
-    return (one.photons, one.shadow_rays, one.radius) == (other.photons, other.shadow_rays, other.radius)
 
 
 @pytest.mark.parametrize(
@@ -62,8 +36,7 @@ def same(one, other):
 def test_what_travels_is_all_that_it_takes(lights, settings):
     scene, points = room(lights, emission=0.1, transmittance=0.0 if lights is None else 0.2)
     with ProcessHands(0) as hands:
-        crew = Crew(hands, uuid.uuid4().hex, scene, points, settings)
-        assert same(finished(bake(scene, points, settings, crew=crew)), baked(scene, points, settings))
+        assert same(finished(steps_by(hands, scene, points, settings)), baked(scene, points, settings))
 
 
 @pytest.mark.parametrize("gatherer", ["disc-index", "sphere-cache"])
@@ -78,8 +51,7 @@ def test_photons_in_pieces_bring_the_light_of_one_process(monkeypatch, gatherer,
         monkeypatch.setattr(photon_light, "worker_count", lambda count=count: count)
         found.append(baked(scene, points, settings))
     with ProcessHands(0) as hands:
-        crew = Crew(hands, uuid.uuid4().hex, scene, points, settings)
-        by_crew = finished(bake(scene, points, settings, crew=crew))
+        by_crew = finished(steps_by(hands, scene, points, settings))
     assert same(found[0], found[1]) and same(by_crew, found[0])
     for name in ("segments", "gatherer", "reason"):
         assert getattr(by_crew, name) == getattr(found[0], name)
@@ -177,8 +149,7 @@ def test_one_two_and_three_workers_give_the_light_of_none(cluster):
         cluster.scale(count)
         with dask_hands.hands_at(cluster.scheduler_address) as hands:
             hands._client.wait_for_workers(count, 30)
-            crew = Crew(hands, uuid.uuid4().hex, scene, points, QUICK)
-            assert same(finished(bake(scene, points, QUICK, crew=crew)), alone)
+            assert same(finished(steps_by(hands, scene, points, QUICK)), alone)
 
 
 @pytest.mark.parametrize("lost", [1, 3])
@@ -193,26 +164,19 @@ def test_workers_that_are_killed_cost_nothing_but_time(cluster, lost, settings, 
     with dask_hands.hands_at(cluster.scheduler_address) as hands:
         hands._client.wait_for_workers(3, 30)
         left = list(workers(hands).values())[:lost]
-        steps = bake(scene, points, settings, crew=Crew(hands, uuid.uuid4().hex, scene, points, settings))
-        found, seen = None, 0
-        while found is None:
-            try:
-                progress = next(steps)
-            except StopIteration as end:
-                found = end.value
-            else:
-                seen += progress.phase == phase
-                if seen == number and left:
-                    for process in left:
-                        os.kill(process, signal.SIGKILL)
-                    left = []
-    assert not left and same(found, baked(scene, points, settings))
+
+        def lose():
+            for process in left:
+                os.kill(process, signal.SIGKILL)
+
+        found = finished_after_loss(steps_by(hands, scene, points, settings), phase, number, lose)
+    assert same(found, baked(scene, points, settings))
 
 
 def test_a_bake_that_is_closed_leaves_the_workers_nothing_to_do(cluster):
     scene, points = room()
     with dask_hands.hands_at(cluster.scheduler_address) as hands:
-        steps = bake(scene, points, QUICK, crew=Crew(hands, uuid.uuid4().hex, scene, points, QUICK))
+        steps = steps_by(hands, scene, points, QUICK)
         for progress in steps:
             if progress.phase == "Casting rays":
                 break

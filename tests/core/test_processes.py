@@ -9,9 +9,9 @@ import time
 import uuid
 from dataclasses import replace
 
-import numpy as np
 import pytest
-from detp.core import BakeSettings, PointLight, Points, forecast, memory
+from crew_bakes import PHOTONS, QUICK, finished_after_loss, room, same, steps_by
+from detp.core import BakeSettings, PointLight, forecast, memory
 from detp.core.bake import bake, baked
 from detp.core.cluster import crew as crews
 from detp.core.cluster import processes
@@ -20,29 +20,11 @@ from detp.core.cluster.processes import ProcessHands, processes_at_hand
 from detp.core.errors import OutOfMemoryError
 from detp.core.stages import finished
 from detp.core.update.session import BakeSession
-from rooms import box_quads, face_points, scene_of
-
-QUICK = BakeSettings(photons=6_000)
-PHOTONS = BakeSettings(photons=40_000, radius=0.2, indirect="photons")
-ROOM = box_quads((1.0, 1.0, 1.0))
 
 
 @pytest.fixture(scope="module")
-def room():
-    points, normals = face_points(ROOM, 10)
-    lights = PointLight((0.5, 0.4, 0.6), (3, 2, 1)), PointLight((0.2, 0.7, 0.8), (1, 2, 1), 0.02)
-    return scene_of(ROOM, 0.6, 0.1, lights), Points(0.97 * (points - 0.5) + 0.5, normals)
-
-
-def steps_by(hands, room, settings):
-    return bake(*room, settings, crew=Crew(hands, uuid.uuid4().hex, *room, settings))
-
-
-def assert_same(one, other):
-    for name in ("value", "standard_error"):
-        for part in ("direct", "indirect", "seen"):
-            assert np.array_equal(getattr(getattr(one, part), name), getattr(getattr(other, part), name))
-    assert (one.photons, one.segments, one.shadow_rays) == (other.photons, other.segments, other.shadow_rays)
+def lit_room():
+    return room((PointLight((0.5, 0.4, 0.6), (3, 2, 1)), PointLight((0.2, 0.7, 0.8), (1, 2, 1), 0.02)), 0.1)
 
 
 @pytest.fixture
@@ -60,9 +42,11 @@ def started(monkeypatch):
 
 @pytest.mark.parametrize("settings", [QUICK, PHOTONS])
 @pytest.mark.parametrize("number", [1, 3])
-def test_processes_give_the_light_of_none(room, number, settings):
+def test_processes_give_the_light_of_none(lit_room, number, settings):
     with ProcessHands(number) as hands:
-        assert_same(finished(steps_by(hands, room, settings)), baked(*room, settings))
+        while hands._coming():
+            hands._look()
+        assert same(finished(steps_by(hands, *lit_room, settings)), baked(*lit_room, settings))
         assert len(hands._workers) == len(hands.started) == number
     assert all(process.returncode is not None for process in hands.started)
 
@@ -70,23 +54,17 @@ def test_processes_give_the_light_of_none(room, number, settings):
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has other signals")
 @pytest.mark.parametrize("lost", [1, 3])
 @pytest.mark.parametrize(("settings", "phase", "number"), [(QUICK, "Casting rays", 1), (PHOTONS, "Tracing photons", 4)])
-def test_processes_that_are_killed_cost_nothing_but_time(room, lost, settings, phase, number):
+def test_processes_that_are_killed_cost_nothing_but_time(lit_room, lost, settings, phase, number):
     with ProcessHands(3) as hands:
-        left, seen = hands.started[:lost], 0
-        steps = steps_by(hands, room, settings)
-        while True:
-            try:
-                progress = next(steps)
-            except StopIteration as end:
-                found = end.value
-                break
-            seen += progress.phase == phase
-            if seen == number:
-                for process in left:
-                    process.send_signal(signal.SIGKILL)
-                left = []
-        assert not left and sum(process.poll() is not None for process in hands.started) == lost
-    assert_same(found, baked(*room, settings))
+
+        def lose():
+            for process in hands.started[:lost]:
+                process.send_signal(signal.SIGKILL)
+                process.wait()
+
+        found = finished_after_loss(steps_by(hands, *lit_room, settings), phase, number, lose)
+        assert sum(process.poll() is not None for process in hands.started) == lost
+    assert same(found, baked(*lit_room, settings))
 
 
 @pytest.mark.parametrize("program", ["/no/such/python", "/usr/bin/blender", ""])
@@ -106,30 +84,30 @@ def test_where_no_sockets_are_allowed_there_is_no_crew(monkeypatch):
         assert hands is None
 
 
-def test_where_processes_end_at_once_this_one_does_all(room, monkeypatch, tmp_path):
+def test_where_processes_end_at_once_this_one_does_all(lit_room, monkeypatch, tmp_path):
     monkeypatch.setattr(processes, "_WORKER", tmp_path / "no_such_script.py")
     with processes_at_hand(2) as hands:
-        assert_same(finished(steps_by(hands, room, QUICK)), baked(*room, QUICK))
+        assert same(finished(steps_by(hands, *lit_room, QUICK)), baked(*lit_room, QUICK))
         assert not hands._workers
 
 
-def test_no_stranger_is_let_in(room):
+def test_no_stranger_is_let_in(lit_room):
     with ProcessHands(1) as hands:
         with socket.create_connection(hands._door.getsockname()) as stranger:
             stranger.sendall(bytes(32))
-            assert_same(finished(steps_by(hands, room, QUICK)), baked(*room, QUICK))
+            assert same(finished(steps_by(hands, *lit_room, QUICK)), baked(*lit_room, QUICK))
             assert len(hands._workers) == 1
             stranger.settimeout(5.0)
             assert stranger.recv(1) == b""
 
 
-def test_a_bake_that_is_closed_leaves_no_processes(room, monkeypatch, started):
+def test_a_bake_that_is_closed_leaves_no_processes(lit_room, monkeypatch, started):
     monkeypatch.setattr(crews, "WORTH", 0.0)
     monkeypatch.setattr(crews, "worker_count", lambda: 2)
 
     def baking():
-        with crew_of(*room, QUICK) as crew:
-            yield from bake(*room, QUICK, crew=crew)
+        with crew_of(*lit_room, QUICK) as crew:
+            yield from bake(*lit_room, QUICK, crew=crew)
 
     steps = baking()
     for progress in steps:
@@ -156,16 +134,16 @@ def test_processes_end_with_the_one_that_started_them(tmp_path):
     assert len(started) == 2 and not any(os.path.exists(f"/proc/{each}") for each in started)
 
 
-def test_a_bake_that_is_kept_for_updates_has_the_same_light_and_paths_by_processes(room):
-    alone = BakeSession(*room, QUICK)
-    by_crew = BakeSession(*room, QUICK)
+def test_a_bake_that_is_kept_for_updates_has_the_same_light_and_paths_by_processes(lit_room):
+    alone = BakeSession(*lit_room, QUICK)
+    by_crew = BakeSession(*lit_room, QUICK)
     with ProcessHands(2) as hands:
-        found = finished(by_crew.bake(crew=Crew(hands, uuid.uuid4().hex, *room, QUICK)))
-    assert_same(found, finished(alone.bake()))
-    painted = room[0].albedo.copy()
+        found = finished(by_crew.bake(crew=Crew(hands, uuid.uuid4().hex, *lit_room, QUICK)))
+    assert same(found, finished(alone.bake()))
+    painted = lit_room[0].albedo.copy()
     painted[:2] = 0.2
-    changed = replace(room[0], albedo=painted), room[1]
-    assert_same(finished(by_crew.update(*changed)), finished(alone.update(*changed)))
+    changed = replace(lit_room[0], albedo=painted), lit_room[1]
+    assert same(finished(by_crew.update(*changed)), finished(alone.update(*changed)))
 
 
 @pytest.mark.parametrize(
@@ -178,11 +156,11 @@ def test_a_bake_that_is_kept_for_updates_has_the_same_light_and_paths_by_process
         (1e9, 2, 1, 1 << 40, False),
     ],
 )
-def test_processes_are_started_where_they_pay(room, monkeypatch, started, worth, processors, beside, free, hired):
+def test_processes_are_started_where_they_pay(lit_room, monkeypatch, started, worth, processors, beside, free, hired):
     monkeypatch.setattr(crews, "WORTH", worth)
     monkeypatch.setattr(crews, "worker_count", lambda: processors)
     monkeypatch.setattr(memory, "free_bytes", lambda: free)
-    with crew_of(*room, QUICK, beside=beside) as crew:
+    with crew_of(*lit_room, QUICK, beside=beside) as crew:
         assert (crew is not None) == hired
         assert len(started) == (processors if hired else 0)
 

@@ -9,8 +9,13 @@ import sys
 
 def console() -> None:
     """Run the command with the process's arguments and end the process with its exit status."""
-    if hasattr(signal, "pthread_sigmask"):
-        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM, signal.SIGHUP})
+    try:
+        if hasattr(signal, "pthread_sigmask"):
+            signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM, signal.SIGHUP})
+    except KeyboardInterrupt:
+        # Ctrl-C came before it could be held back; nothing has begun.
+        os.write(2, b"\ndetp: cancelled\n")
+        os._exit(128 + signal.SIGINT)
     from contextlib import suppress
 
     from ..files.leftovers import own_temporary_folder

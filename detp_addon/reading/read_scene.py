@@ -275,7 +275,7 @@ def _met_once(read: RenderedObjects, placed: PlacedTriangles, findings: Findings
     doubled = rows[share_alone(placed.vertices[placed.triangles[rows]]) < 0.5]
     if len(doubled) == 0:
         return placed
-    findings.warn(f"{counted(len(doubled), 'triangle')} that shine where others do count once: look for doubled faces, "
+    findings.warn(f"{counted(len(doubled), 'triangle')} shining where others do: counted once; look for doubled faces, "
                   f"or objects")  # fmt: skip
     return placed.taken(np.delete(np.arange(len(placed.triangles)), doubled))
 
@@ -289,7 +289,7 @@ def _name_doubled(placed: PlacedTriangles, reflects: np.ndarray, findings: Findi
     largest = np.argsort(-normals_and_areas(corners)[1], kind="stable")[:LOOKED_AT]
     doubled = int((share_alone(corners[largest], placed.placement[rows[largest]]) < 0.5).sum())
     if doubled:
-        findings.warn(f"{counted(doubled, 'triangle')} that lie on others reflect as one with them, less in renders: "
+        findings.warn(f"{counted(doubled, 'triangle')} on top of others: as one with them here, less in renders; "
                       f"look for doubled faces, or objects")  # fmt: skip
 
 

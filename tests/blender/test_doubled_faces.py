@@ -39,7 +39,7 @@ def shone():
     areas = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     emission = exported.scene.emission
     front = emission if emission.ndim == 2 else emission.mean(axis=0)
-    return areas @ front[:, 0], [warning for warning in exported.warnings if "count once" in warning]
+    return areas @ front[:, 0], [warning for warning in exported.warnings if "counted once" in warning]
 
 
 @pytest.mark.parametrize("faces", [[FRONT], [FRONT, BACK], [FRONT, FRONT, FRONT], [FRONT, (0, 1, 2)]])
@@ -117,7 +117,7 @@ def test_panes_that_let_light_through_shine_both():
 def test_faces_that_reflect_and_lie_on_others_are_named(faces, named):
     """Of doubled squares at the origin Cycles reflects a quarter of what one does."""
     panel("panel", faces, shines=diffuse((0.8, 0.8, 0.8)))
-    words = [warning for warning in read().warnings if "lie on others" in warning]
+    words = [warning for warning in read().warnings if "on top of others" in warning]
     assert [int(warning.split()[0]) for warning in words] == [named] * (named > 0)
 
 
@@ -125,7 +125,7 @@ def test_faces_that_reflect_and_lie_on_others_are_named(faces, named):
 def test_objects_that_lie_on_others_are_named_and_those_that_touch_are_not(face, named):
     for name, own in (("one", FRONT), ("other", face)):
         panel(name, [own], shines=diffuse((0.8, 0.8, 0.8)))
-    words = [warning for warning in read().warnings if "lie on others" in warning]
+    words = [warning for warning in read().warnings if "on top of others" in warning]
     assert [int(warning.split()[0]) for warning in words] == [named] * (named > 0)
 
 

@@ -171,7 +171,7 @@ def test_many_refusals_are_said_once():
         obj = grid(f"Taken{number}")
         obj.data.attributes.new("irradiance", "FLOAT", "POINT")
     report, _ = finished(steps())
-    refusals = [words for words in report.warnings if "lie on others" not in words]
+    refusals = [words for words in report.warnings if "on top of others" not in words]
     assert len(refusals) == 4 and "6 more objects" in refusals[3]
     with pytest.raises(DetpError, match="6 more objects"):
         finished(steps(targets=tuple(f"Taken{number}" for number in range(9))))

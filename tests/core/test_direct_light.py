@@ -243,6 +243,13 @@ def test_ambient_occlusion_is_the_open_share_within_its_distance():
     assert result.photons == 0
 
 
+def test_a_stray_vertex_does_not_make_all_things_occlude():
+    wall = np.array([(0, -5, 0), (0, 5, 0), (0, 5, 5), (0, -5, 5)], float)
+    room, astray = scene_of(plane(), wall), scene_of(plane(), wall, plane(0.1) + [1e5, 0, 0])
+    near, far = (ambient_occlusion(scene, BakeSettings())[1].shadow_distance for scene in (room, astray))
+    assert near == pytest.approx(0.2 * room.bounds.radius) and far < 5 * near
+
+
 def test_equal_seeds_give_equal_light_and_others_do_not():
     scene, points = lit_room("area")
     first, again, other = (direct(scene, points, rounds=4, seed=seed)[0] for seed in (1, 1, 2))

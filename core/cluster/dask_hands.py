@@ -31,8 +31,9 @@ LOCAL = "local"
 #: Seconds to reach a scheduler, and that a bake waits for workers when there are none.
 CONNECT, WAIT = 10.0, 60.0
 
-#: Pieces that are under way for each thread of the workers, so that none waits for the next.
-AHEAD = 2
+#: Pieces that are under way for each thread of the workers, so that none waits for the next, nor for the oldest, whose
+#: result comes first.
+AHEAD = 4
 
 #: How often one thing is sent anew, or one piece handed out again, after workers were lost; Dask itself hands a piece
 #: out four times before that counts.

@@ -28,6 +28,9 @@ from .messages import exactly, received, send
 #: Pieces that each process has at hand, so that none waits for the next.
 AHEAD = 2
 
+#: Pieces for each process that are begun before the oldest is done, whose result comes first: some take long.
+BEGUN = 6
+
 #: Seconds after which a process that has not yet come is not waited for any longer.
 PATIENCE = 30.0
 
@@ -112,7 +115,7 @@ class ProcessHands:
                 self._waiting.append(number)
                 mine.append(number)
                 self._hand_out()
-                while len(mine) >= AHEAD * max(len(self.started), 1):
+                while len(mine) >= BEGUN * max(len(self.started), 1):
                     yield self._result(mine.popleft())
             while mine:
                 yield self._result(mine.popleft())

@@ -145,8 +145,9 @@ def test_a_wide_ground_does_not_hide_what_stands_on_it(tmp_path):
     assert 0.005 < red.mean() < 0.5
 
 
-def test_a_sky_around_everything_is_not_what_is_looked_at(tmp_path):
-    cube("sky", (0.5, 0.5, 0.5), size=400.0).scale = (-1, 1, 1)
+@pytest.mark.parametrize("size", [25.0, 60.0, 400.0])
+def test_a_sky_around_everything_is_not_what_is_looked_at(tmp_path, size):
+    cube("sky", (0.5, 0.5, 0.5), size=size).scale = (-1, 1, 1)
     for place in ((0, 0, 0.5), (3, 2, 0.5)):
         cube(f"crate {place}", (1.0, 0.0, 0.0), place, 1.0)
     _, picture = drawn(tmp_path / "p.png")

@@ -184,6 +184,15 @@ def test_cards_that_coincide_are_even(tmp_path):
     assert middle.std() < 0.12
 
 
+def test_of_cards_back_to_back_each_shows_its_front(tmp_path):
+    """The upper one is white, and alone in the picture."""
+    plane("upper", 8.0, (1.0, 1.0, 1.0))
+    plane("lower", 8.0, (0.0, 0.0, 0.0)).rotation_euler = (math.pi, 0, 0)
+    camera_above()
+    _, picture = drawn(tmp_path / "p.png")
+    assert picture[40:-40, 60:-60].min() > 0.75
+
+
 def test_a_black_bake_has_no_exposure(tmp_path):
     cube("black", (0, 0, 0))
     camera_above()

@@ -11,8 +11,9 @@ from mathutils import Matrix, Vector
 #: of the directions from a place in a room so many show the front of a face; and so many of some places do
 _AROUND, _PLACES = 0.85, 1 / 3
 
-#: an object so many times as large as all others together is their ground or sky, and not what is looked at
-_GROUND, _MARGIN = 20.0, 0.5
+#: an object so many times as large as all others together is their ground or sky, and not what is looked at; so is one
+#: around all of them that is so many times as long, as wide and as high
+_GROUND, _SKY, _MARGIN = 20.0, 4.0, 0.5
 
 #: the rest of the picture would be smaller than one part in so many
 _ASTRAY = 100.0
@@ -54,7 +55,8 @@ def frame(
     reach = np.maximum(np.abs(turned[:, 0]) / half, np.abs(turned[:, 1]) / (half / aspect))
     distance = 1.05 * float((reach + turned[:, 2]).max())
     _look_at(camera, centre + distance * view, centre)
-    camera.data.clip_start = min(camera.data.clip_start, 0.01 * distance)
+    # A sky that is not looked at may stand before it.
+    camera.data.clip_start = 0.5 * (distance - float(turned[:, 2].max()))
 
 
 def _open_side(scene, view_layer, corners: np.ndarray) -> np.ndarray:
@@ -89,12 +91,14 @@ def _looked_at(boxes: np.ndarray) -> np.ndarray:
     if len(near) and _span(near) * _ASTRAY < _span(boxes):
         boxes = near
     while len(boxes) > 1:
-        sizes = np.linalg.norm(np.ptp(boxes, axis=1), axis=1)
-        rest = np.delete(boxes, sizes.argmax(), axis=0)
+        largest = np.linalg.norm(np.ptp(boxes, axis=1), axis=1).argmax()
+        rest, size = np.delete(boxes, largest, axis=0), np.ptp(boxes[largest], axis=0)
         span = np.ptp(rest.reshape(-1, 3), axis=0)
-        if sizes.max() <= _GROUND * np.linalg.norm(span):
+        sky = (size > _SKY * span).all() and _holds(boxes[largest], rest).all()
+        if not sky and np.linalg.norm(size) <= _GROUND * np.linalg.norm(span):
             break
-        boxes = rest + _MARGIN * np.linalg.norm(span) * np.sign(rest - rest.mean(axis=(0, 1)))
+        margin = 0.0 if sky else _MARGIN * np.linalg.norm(span)
+        boxes = rest + margin * np.sign(rest - rest.mean(axis=(0, 1)))
     return boxes.reshape(-1, 3)
 
 
@@ -109,11 +113,15 @@ def _look_at(camera: bpy.types.Object, eye, target) -> None:
 
 def _holds_any(box: np.ndarray, boxes: np.ndarray) -> bool:
     """Whether any of ``boxes`` (N, 8, 3) lies within ``box`` (8, 3)."""
-    sizes, size = np.ptp(boxes, axis=1), np.ptp(box, axis=0)
-    slack = 1e-3 * np.linalg.norm(size)
+    smaller = np.linalg.norm(np.ptp(boxes, axis=1), axis=1) < 0.9 * np.linalg.norm(np.ptp(box, axis=0))
+    return bool((_holds(box, boxes) & smaller).any())
+
+
+def _holds(box: np.ndarray, boxes: np.ndarray) -> np.ndarray:
+    """Which (N,) of ``boxes`` (N, 8, 3) lie within ``box`` (8, 3)."""
+    slack = 1e-3 * np.linalg.norm(np.ptp(box, axis=0))
     within = (boxes.min(axis=1) > box.min(axis=0) - slack) & (boxes.max(axis=1) < box.max(axis=0) + slack)
-    smaller = np.linalg.norm(sizes, axis=1) < 0.9 * np.linalg.norm(size)
-    return bool((within.all(axis=1) & smaller).any())
+    return within.all(axis=1)
 
 
 def _inside(scene, view_layer, lower: np.ndarray, size: np.ndarray, shells: set[str]) -> np.ndarray | None:

@@ -21,6 +21,8 @@ BACKGROUND = 0.02
 NEUTRAL = 0.18
 #: share of the colours that the exposure keeps below this brightness
 EXPOSED_SHARE, EXPOSED_TO = 0.95, 0.8
+#: by so much of an object's usual size faces are lifted to their fronts, so that of two back to back each shows its own
+LIFT = 1e-4
 #: pass index that marks objects without the attribute while the picture is rendered
 UNBAKED = 32767
 
@@ -36,9 +38,10 @@ def render_preview(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, attr
     Raises SceneBusyError when Blender cannot render or write.
     """
     gain = exposure_gain(scene, attribute)
-    with temporary_scene(scene.copy()) as copy, _look(attribute, gain) as (material, world), _unbaked_marked(attribute):
+    baked = _baked_objects(scene, attribute) or [obj for obj in scene.objects if obj.type == "MESH"]
+    look = _look(attribute, gain, LIFT * float(np.median([obj.dimensions.length for obj in baked] or [0.0])))
+    with temporary_scene(scene.copy()) as copy, look as (material, world), _unbaked_marked(attribute):
         if scene.camera is None:
-            baked = _baked_objects(scene, attribute) or [obj for obj in scene.objects if obj.type == "MESH"]
             frame(copy.camera, baked, scene, view_layer, WIDTH / HEIGHT)
         size = (WIDTH, HEIGHT) if scene.camera is None else _size_for(scene.render)
         _set_up(copy, view_layer.name, size, material, world, path)
@@ -113,12 +116,15 @@ def _set_up(scene, layer_name: str, size: tuple[int, int], material, world, path
 
 
 @contextmanager
-def _look(attribute: str, gain: float) -> Iterator[tuple[bpy.types.Material, bpy.types.World]]:
-    """A material that glows in the attribute's colour, or neutral on UNBAKED objects, and a dark world."""
+def _look(attribute: str, gain: float, height: float) -> Iterator[tuple[bpy.types.Material, bpy.types.World]]:
+    """A material that glows in the attribute's colour, or neutral on UNBAKED objects, and a dark world.
+
+    It lifts faces by a ``height`` in Blender units.
+    """
     material = bpy.data.materials.new("detp preview")
     world = bpy.data.worlds.new("detp preview")
     try:
-        _light_up(material, attribute, gain)
+        _light_up(material, attribute, gain, height)
         nodes = _emptied(world)
         background = nodes.new("ShaderNodeBackground")
         background.inputs["Color"].default_value = (BACKGROUND, BACKGROUND, BACKGROUND, 1)
@@ -129,7 +135,7 @@ def _look(attribute: str, gain: float) -> Iterator[tuple[bpy.types.Material, bpy
         bpy.data.worlds.remove(world)
 
 
-def _light_up(material: bpy.types.Material, attribute: str, gain: float) -> None:
+def _light_up(material: bpy.types.Material, attribute: str, gain: float, height: float) -> None:
     nodes, links = _emptied(material), material.node_tree.links
     baked, neutral = nodes.new("ShaderNodeEmission"), nodes.new("ShaderNodeEmission")
     baked.inputs["Strength"].default_value = gain
@@ -146,7 +152,12 @@ def _light_up(material: bpy.types.Material, attribute: str, gain: float) -> None
     links.new(unbaked.outputs[0], mix.inputs[0])
     links.new(baked.outputs[0], mix.inputs[1])
     links.new(neutral.outputs[0], mix.inputs[2])
-    links.new(mix.outputs[0], nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
+    output, lift = nodes.new("ShaderNodeOutputMaterial"), nodes.new("ShaderNodeDisplacement")
+    links.new(mix.outputs[0], output.inputs["Surface"])
+    lift.space, lift.inputs["Midlevel"].default_value = "WORLD", 0.0
+    lift.inputs["Height"].default_value, lift.inputs["Scale"].default_value = height, 1.0
+    links.new(lift.outputs[0], output.inputs["Displacement"])
+    material.displacement_method = "DISPLACEMENT"
 
 
 def _emptied(block) -> bpy.types.Nodes:

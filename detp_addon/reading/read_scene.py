@@ -19,7 +19,7 @@ from ...core.points import Points
 from ...core.rays import RayCaster
 from ...core.scene import Scene
 from ...core.sides import any_side
-from ...core.triangles import normals_and_areas
+from ...core.triangles import cross, dots
 from ..wording import counted
 from .doubled_faces import flush_with, share_alone
 from .face_places import PlacedFaces, drawn_anew, placed_faces
@@ -255,8 +255,9 @@ def _seen(
     Those that such ``rays`` do not meet are ``otherwise``.
     """
     met = np.array([getattr(placement, rays) for placement in read.placements], bool)[placed.placement, None]
-    front, back = (np.where(met, read.optics.seen(name, first + side)[placed.rows], otherwise) for side in (0, 1))
-    return front if np.array_equal(front, back) else np.stack([front, back])
+    views = (first, first + 1) if len(read.optics.rows) else (first,)
+    sides = [np.where(met, read.optics.seen(name, view).take(placed.rows, axis=0), otherwise) for view in views]
+    return sides[0] if np.array_equal(sides[0], sides[-1]) else np.stack(sides)
 
 
 def _met_once(read: RenderedObjects, placed: PlacedTriangles, findings: Findings) -> PlacedTriangles:
@@ -285,9 +286,13 @@ def _name_doubled(placed: PlacedTriangles, reflects: np.ndarray, findings: Findi
     rows = np.flatnonzero(reflects)
     if len(rows) == 0:
         return
-    corners = placed.vertices[placed.triangles[rows]]
-    largest = np.argsort(-normals_and_areas(corners)[1], kind="stable")[:LOOKED_AT]
-    doubled = int((share_alone(corners[largest], placed.placement[rows[largest]]) < 0.5).sum())
+    first, second, third = (placed.vertices.take(placed.triangles[rows, k], axis=0) for k in range(3))
+    across = cross(second - first, third - first)
+    size = dots(across, across)
+    # Only what may be among the largest is sorted.
+    large = np.flatnonzero(size >= np.partition(size, -LOOKED_AT)[-LOOKED_AT]) if len(rows) > LOOKED_AT else slice(None)
+    rows = rows[large][np.argsort(-size[large], kind="stable")[:LOOKED_AT]]
+    doubled = int((share_alone(placed.vertices[placed.triangles[rows]], placed.placement[rows]) < 0.5).sum())
     if doubled:
         findings.warn(f"{counted(doubled, 'triangle')} on top of others: as one with them here, less in renders; "
                       f"look for doubled faces, or objects")  # fmt: skip

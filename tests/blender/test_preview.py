@@ -145,8 +145,9 @@ def test_a_wide_ground_does_not_hide_what_stands_on_it(tmp_path):
     assert 0.005 < red.mean() < 0.5
 
 
-def test_a_sky_around_everything_is_not_what_is_looked_at(tmp_path):
-    cube("sky", (0.5, 0.5, 0.5), size=400.0).scale = (-1, 1, 1)
+@pytest.mark.parametrize("size", [25.0, 60.0, 400.0])
+def test_a_sky_around_everything_is_not_what_is_looked_at(tmp_path, size):
+    cube("sky", (0.5, 0.5, 0.5), size=size).scale = (-1, 1, 1)
     for place in ((0, 0, 0.5), (3, 2, 0.5)):
         cube(f"crate {place}", (1.0, 0.0, 0.0), place, 1.0)
     _, picture = drawn(tmp_path / "p.png")
@@ -181,6 +182,15 @@ def test_cards_that_coincide_are_even(tmp_path):
     _, picture = drawn(tmp_path / "p.png")
     middle = picture[40:-40, 60:-60].mean(axis=2)
     assert middle.std() < 0.12
+
+
+def test_of_cards_back_to_back_each_shows_its_front(tmp_path):
+    """The upper one is white, and alone in the picture."""
+    plane("upper", 8.0, (1.0, 1.0, 1.0))
+    plane("lower", 8.0, (0.0, 0.0, 0.0)).rotation_euler = (math.pi, 0, 0)
+    camera_above()
+    _, picture = drawn(tmp_path / "p.png")
+    assert picture[40:-40, 60:-60].min() > 0.75
 
 
 def test_a_black_bake_has_no_exposure(tmp_path):

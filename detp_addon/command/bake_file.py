@@ -88,16 +88,11 @@ def bake_request(options: dict) -> BakeRequest:
     return BakeRequest(
         settings=bake_settings(options),
         targets=tuple(options["objects"]) if options["objects"] else "visible",
-        attribute=options["attribute"],
         domain=options["domain"].upper(),
-        fit=options["fit"],
-        quantity=options["quantity"],
-        split=options["split"],
-        by_light=options["by_light"],
         activate=options["activate"] == "on",
         encoding=Encoding(options["exposure"], options["clamp"], options["storage"]),
-        cluster=options["cluster"],
         beside=options["jobs"],
+        **{name: options[name] for name in ("attribute", "fit", "quantity", "split", "by_light", "cluster")},
     )
 
 

@@ -45,23 +45,17 @@ def _after_undo(*_args):
     live_updates.see_change()
 
 
-def _pairs():
-    handlers = bpy.app.handlers
-    return (
-        (handlers.load_pre, _before_load),
-        (handlers.load_post, _after_load),
-        (handlers.save_post, _after_save),
-        (handlers.undo_pre, _before_undo),
-        (handlers.redo_pre, _before_undo),
-        (handlers.undo_post, _after_undo),
-        (handlers.redo_post, _after_undo),
-    )
+#: by the name of Blender's list
+_FOLLOWED = {
+    "load_pre": _before_load, "load_post": _after_load, "save_post": _after_save, "undo_pre": _before_undo,
+    "redo_pre": _before_undo, "undo_post": _after_undo, "redo_post": _after_undo,
+}  # fmt: skip
 
 
 def register_handlers() -> None:
     """Follow file loads, saves and undo."""
-    for handlers, handler in _pairs():
-        handlers.append(handler)
+    for name, handler in _FOLLOWED.items():
+        getattr(bpy.app.handlers, name).append(handler)
 
 
 def unregister_handlers() -> None:
@@ -70,5 +64,5 @@ def unregister_handlers() -> None:
     session.forget()
     latest_kept.forget()
     forget_unsaved()
-    for handlers, handler in _pairs():
-        handlers.remove(handler)
+    for name, handler in _FOLLOWED.items():
+        getattr(bpy.app.handlers, name).remove(handler)

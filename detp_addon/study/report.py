@@ -16,8 +16,8 @@ PLOTS = {
     "q": "Comparisons and time of the Sphere Cache over Q",
     "slack": "Comparisons over the size of the last sphere",
     "growth": "Comparisons over the number of points",
-    "cauchy_crofton": "Share of the segments that meet a sphere, over that of the ideal field",
     "frames": "Frames in which an object moves, over its size",
+    "cauchy_crofton": "Share of the segments that meet a sphere, over that of the ideal field",
 }
 
 

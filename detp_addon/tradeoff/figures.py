@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...core.errors import NoLightError
+from .candidates import Measured
 from .light_errors import equal_error_seconds, figures, pareto_front
 from .reference import Reference
-from .runs import Measured
 from .scene import ComparedScene
 
 #: an error smaller than this share of the reference's noise cannot be told from it, and counts as that much

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Generator, Iterator
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import cached_property, partial, reduce
 from operator import add
@@ -13,10 +13,9 @@ import bpy
 import numpy as np
 
 from ..core.bake import bake
-from ..core.cluster.crew import Crew, crew_of
+from ..core.cluster.crew import crew_of
 from ..core.direct.ambient_occlusion import ambient_occlusion
 from ..core.errors import NoLightError, NoMeshError
-from ..core.fit.vertex_fit import VertexFit
 from ..core.memory import check_baking
 from ..core.points import Points
 from ..core.result import BakeResult, Progress
@@ -195,23 +194,18 @@ def _bake_steps(
         surfaces, settings = ambient_occlusion(surfaces, settings)
     try:
         places = Points(points.centres, points.normals, points.inward, points.facing)
-        crew, given = crew_of(surfaces, places, settings, request.cluster, request.beside), (surfaces, places, settings)
-        result = yield from (_baked if baking is None else baking)(*given, points.fit, crew)
+        given, hired = (
+            (surfaces, places, settings),
+            crew_of(surfaces, places, settings, request.cluster, request.beside),
+        )
+        if baking is not None:
+            result = yield from baking(*given, points.fit, hired)
+        else:
+            with hired as crew:
+                result = yield from bake(*given, points.fit, crew)
     except NoLightError as error:
         raise NoLightError(why_no_light(scene, (*export.left_out, *export.warnings)) or str(error)) from None
     yield Progress("Writing the colours", 1.0, result)
-
-
-def _baked(
-    surfaces: Scene,
-    points: Points,
-    settings: BakeSettings,
-    fit: VertexFit | None,
-    hired: AbstractContextManager[Crew | None],
-) -> Generator[Progress, None, BakeResult]:
-    """The steps of a bake, of which the crew that is ``hired`` does the heavy ones."""
-    with hired as crew:
-        return (yield from bake(surfaces, points, settings, fit, crew))
 
 
 def _job_progress(progress: Progress, found: BakeResult | None, passed: float, shown: bool) -> JobProgress:

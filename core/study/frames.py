@@ -11,8 +11,7 @@ from ..discs import TangentDiscs
 from ..gatherers.outer_spheres import sphere_around
 from ..sampling import cosine_hemisphere
 from ..segments import Segments
-from .fields import mean_spacing, uniform_points
-from .scene import StudyScene
+from .fields import StudyScene, mean_spacing, uniform_points
 
 #: How far the object goes from frame to frame, in radii of the scene.
 STEP = 0.01

@@ -9,11 +9,10 @@ import numpy as np
 
 from ..gatherers.disc_index import LEAF
 from ..gatherers.gatherer import Counts
-from .fields import uniform_discs, uniform_lines
+from .fields import StudyScene, uniform_discs, uniform_lines
 from .frame_ways import ALONE, WHOLE, Way
 from .frames import Frame, MovingObject
 from .measure import crossing
-from .scene import StudyScene
 from .theory import SearchProblem, best_q, disc_index_tests, outer_sphere_tests, share_through, sphere_cache_tests
 
 

@@ -9,8 +9,7 @@ from dataclasses import dataclass, field
 from ..errors import DetpError
 from ..machine import this_machine
 from . import crofton, growth, q_scan, quasi_static, searches
-from .fields import KINDS
-from .scene import StudyScene
+from .fields import KINDS, StudyScene
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ from functools import partial
 from ..gatherers.disc_index import DiscIndex
 from ..gatherers.gatherer import Gatherer
 from ..gatherers.sphere_cache import SphereCache
+from .fields import StudyScene
 from .measure import counted, crossing, in_turn
-from .scene import StudyScene
 from .theory import SearchProblem, search_tests
 
 SEARCHES = {"disc-index": DiscIndex, "sphere-cache": SphereCache}

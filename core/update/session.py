@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -168,38 +168,34 @@ class _Update:
         self._same = same_points(first.points, self._points)
 
     def steps(self) -> Stage:
-        first, timed = self._first, self._stopwatch.timed
-        yield Progress("Looking for what changed", 0.0)
-        anew = yield from during("Looking for what changed", 0.0, timed("shadow", self._to_find_anew()))
-        yield Progress("Placing the points", 0.05)
+        first = self._first
+        anew = yield from self._stage("Looking for what changed", 0.0, "shadow", self._to_find_anew())
         if len(self._changes.balls) == 0 and np.array_equal(self._same, np.arange(len(first.points))):
             return self._in_scale(replace(first.result, seconds=self._stopwatch.seconds))
         rows = np.flatnonzero(anew)
-        places = yield from during("Placing the points", 0.05, timed("place", self._stand(rows)))
-        yield Progress("Tracing photons", 0.1)
+        places = yield from self._stage("Placing the points", 0.05, "place", self._stand(rows))
         records = ChangedRecords(first, self._lit, self._changes)
-        tracing = records.trace()
-        yield from during("Tracing photons", 0.1, timed("trace", tracing))
-        yield Progress("Placing the records", 0.2)
+        yield from self._stage("Tracing photons", 0.1, "trace", records.trace())
         kept = first.wanted.taken(np.unique(self._same[~anew]))
         placing = records.place(kept, places, self._points.facing[rows])
-        yield from during("Placing the records", 0.2, timed("place", placing))
-        yield Progress("Lighting the records", 0.3)
-        yield from during("Lighting the records", 0.3, timed("gather", records.light()))
-        yield Progress("Casting rays", 0.5)
-        casting = self._find_anew(rows, places, records)
-        found = yield from during("Casting rays", 0.5, timed("shadow", casting))
-        yield Progress("Gathering", 0.7)
-        more = yield from during("Gathering", 0.7, timed("gather", self._differences(records, ~anew)))
+        yield from self._stage("Placing the records", 0.2, "place", placing)
+        yield from self._stage("Lighting the records", 0.3, "gather", records.light())
+        found = yield from self._stage("Casting rays", 0.5, "shadow", self._find_anew(rows, places, records))
+        more = yield from self._stage("Gathering", 0.7, "gather", self._differences(records, ~anew))
         yield Progress("Fitting the values", 0.95)
         return self._joined(anew, places, found, more)
+
+    def _stage(self, phase: str, share: float, kind: str, work: Generator) -> Generator[Progress, None, Any]:
+        """Do the ``work``, whose time counts for that ``kind``; returns what it returns."""
+        yield Progress(phase, share)
+        return (yield from during(phase, share, self._stopwatch.timed(kind, work)))
 
     def _to_find_anew(self) -> Generator[None, None, np.ndarray]:
         """Which points (N,) are new, near to what changed, see much of it, or are in light that comes straight from a
         light and changed."""
         first, balls = self._first, self._changes.balls
         anew = self._same < 0
-        anew |= balls.distances(self._points.centres) < NEAR
+        anew |= balls.reach(self._points.centres, 0.0, NEAR)
         if len(balls) == 0:
             return anew
         lamps, group = first.nearby_lamps, first.wanted.group[self._same]

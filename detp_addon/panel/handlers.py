@@ -4,15 +4,16 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ..updates import latest_kept
-from . import live_updates, session
+from . import session
 from .forecasts import forget_unsaved
+from .live_updates import follower
 from .mixer import follow_mixture
 from .show_light import follow_light
 
 
 @persistent
 def _before_load(*_args):
-    live_updates.stop()
+    follower.stop()
     session.cancel_running("The bake was cancelled because another file was opened.")
 
 
@@ -42,7 +43,7 @@ def _before_undo(*_args):
 @persistent
 def _after_undo(*_args):
     follow_light()
-    live_updates.see_change()
+    follower.see_change()
 
 
 #: by the name of Blender's list

@@ -53,8 +53,7 @@ def test_it_writes_figures_tables_and_a_report_and_asks_for_matplotlib(samples, 
 def test_it_draws_every_plot(tmp_path):
     pytest.importorskip("matplotlib")
     import numpy as np
-    from detp.core.study.fields import uniform_discs, uniform_lines
-    from detp.core.study.scene import StudyScene
+    from detp.core.study.fields import StudyScene, uniform_discs, uniform_lines
     from detp.detp_addon.study.plots import draw
     from detp.detp_addon.study.report import PLOTS
 

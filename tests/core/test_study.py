@@ -11,11 +11,10 @@ from detp.core.errors import NoLightError
 from detp.core.gatherers.balanced_tree import BalancedTree
 from detp.core.machine import Machine
 from detp.core.study import growth, measure, q_scan, quasi_static
-from detp.core.study.fields import spacing, uniform_discs, uniform_lines
+from detp.core.study.fields import StudyScene, spacing, uniform_discs, uniform_lines
 from detp.core.study.measure import crossing, lowest
 from detp.core.study.measure import growth as fitted_growth
 from detp.core.study.run import Extent, run
-from detp.core.study.scene import StudyScene
 from detp.detp_addon import tables
 from detp.detp_addon.study import report
 

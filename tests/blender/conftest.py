@@ -3,6 +3,7 @@
 import bpy
 import pytest
 from detp import detp_addon
+from made_scenes import fresh
 
 
 @pytest.fixture
@@ -12,3 +13,9 @@ def addon():
     detp_addon.register()
     yield
     detp_addon.unregister()
+
+
+@pytest.fixture
+def scene():
+    """An empty scene with a grey world."""
+    return fresh()

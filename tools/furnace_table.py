@@ -31,6 +31,7 @@ from detp.core.rays import RayCaster
 from detp.core.result import BakeResult
 from detp.core.sampling import cosine_hemisphere, frames
 from detp.core.settings import BakeSettings
+from detp.core.stages import finished
 from detp.detp_addon.writing.element_values import spread
 from detp.detp_addon.writing.write_attributes import faces_of
 from enclosures import ENCLOSURES, Furnace, furnace
@@ -169,12 +170,7 @@ def baked_with(enclosure: Furnace, estimator: str, radius: float | None, photons
     exported = enclosure.exported
     # What shines here is known to photons alone.
     settings = BakeSettings("final", photons, radius, estimator=estimator, direct="photons", indirect="photons")
-    steps = bake(exported.scene, exported.points, settings)
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            return end.value
+    return finished(bake(exported.scene, exported.points, settings))
 
 
 def errors(visible: BakeResult, areas: np.ndarray, whole: float | None = None) -> np.ndarray:

@@ -3,7 +3,7 @@
 import bpy
 import pytest
 from detp import detp_addon
-from made_scenes import fresh
+from made_scenes import fresh, world
 
 
 @pytest.fixture
@@ -19,3 +19,10 @@ def addon():
 def scene():
     """An empty scene with a grey world."""
     return fresh()
+
+
+@pytest.fixture
+def dark_scene(scene):
+    """The same with a black world."""
+    world((0, 0, 0))
+    return scene

@@ -10,6 +10,7 @@ from detp.core.errors import InvalidSettingError  # noqa: E402
 from detp.core.gatherers.choose import make_gatherer  # noqa: E402
 from detp.core.segments import Segments  # noqa: E402
 from detp.core.settings import BakeSettings  # noqa: E402
+from detp.core.stages import finished  # noqa: E402
 from detp.detp_addon.job import bake_scene  # noqa: E402
 from detp.detp_addon.reading.remembered import DEEPEST, Remembered  # noqa: E402
 from detp.detp_addon.request import BakeRequest  # noqa: E402
@@ -23,12 +24,7 @@ pytestmark = pytest.mark.usefixtures("scene")
 def baked(**settings):
     """The report of a bake with few photons."""
     request = BakeRequest(BakeSettings(**{"photons": 200, **settings}), quantity="irradiance")
-    steps = bake_scene(bpy.context.scene, bpy.context.view_layer, request)
-    while True:
-        try:
-            next(steps)
-        except StopIteration as stop:
-            return stop.value
+    return finished(bake_scene(bpy.context.scene, bpy.context.view_layer, request))
 
 
 def albedo_of(build):

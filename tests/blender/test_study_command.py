@@ -5,6 +5,7 @@ import sys
 
 import bpy
 import pytest
+from detp.core.stages import finished
 from detp.core.study import quasi_static, run
 from detp.core.study.run import Extent
 from detp.detp_addon.command.command import main
@@ -60,13 +61,7 @@ def test_it_draws_every_plot(tmp_path):
     generator = np.random.default_rng(1)
     discs = uniform_discs("surface", 300, 0.1, generator)
     scene = StudyScene("ball", 600, discs.centres, discs.normals, 0.1, uniform_lines(1500, generator))
-    steps = run.run({"ball": lambda: scene}, {}, TINY)
-    while True:
-        try:
-            next(steps)
-        except StopIteration as stop:
-            draw(stop.value, tmp_path)
-            break
+    draw(finished(run.run({"ball": lambda: scene}, {}, TINY)), tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == {f"{n}.{end}" for n in PLOTS for end in ("svg", "png")}
 
 

@@ -29,6 +29,7 @@ from ..random_streams import random_stream
 from ..rays import RayCaster
 from ..refinement import FEW, TIMES, far_off
 from ..result import BakeResult, Progress
+from ..rows import Rows
 from ..scene import Scene
 from ..settings import BakeSettings
 from ..stages import Stopwatch, collected
@@ -67,8 +68,8 @@ class BakeSession:
     NotUpdatableError for scenes with metals or glass.
     Of more than ``limit`` bytes of light paths none is kept, and there is no update.
 
-    Attribute ``effort``: rays that the last update cast from points that were found anew, over those of all points in
-    the first bake.
+    Attributes: its ``settings``, and ``effort``, rays that the last update cast from points that were found anew, over
+    those of all points in the first bake.
     """
 
     def __init__(self, scene: Scene, points: Points, settings: BakeSettings, limit: int = LIMIT):
@@ -81,7 +82,7 @@ class BakeSession:
             raise InvalidSettingError("A bake with a limited distance of shadows cannot be updated.")
         if scene.specular is not None:
             raise NotUpdatableError(SPECULAR)
-        self._scene, self._points, self._settings = scene, points, settings
+        self._scene, self._points, self.settings = scene, points, settings
         self._journal = PhotonJournal(limit)
         self._first: FirstBake | None = None
         self._dark = False
@@ -102,11 +103,11 @@ class BakeSession:
 
     def bake(self, fit: VertexFit | None = None, crew: Crew | None = None) -> Stage:
         """The first bake, as :func:`..bake.bake` does it; the light is the same."""
-        work = Baking(self._scene, self._points, self._settings, fit, crew, self._journal)
+        work = Baking(self._scene, self._points, self.settings, fit, crew, self._journal)
         result = yield from work.stages()
         self._dark = not work.gathers
         if not (self._journal.full or self._dark):
-            given = self._scene, self._points, self._settings
+            given = self._scene, self._points, self.settings
             self._first = FirstBake.of(*given, work, self._journal.paths(), result)
         return result
 
@@ -292,36 +293,33 @@ class _Update:
 
     def _joined(self, anew: np.ndarray, places: Standpoints | None, found, more) -> BakeResult:
         first, olds = self._first, self._same[~anew]
-        lights, more = [], (*more, more[0] + more[1])
-        for number, light in enumerate((first.result.direct, first.result.indirect, first.by_rays)):
-            value, error = np.zeros((2, len(anew), 3))
-            known = light.taken(olds) + more[number]
-            value[~anew], error[~anew] = known.value, known.standard_error
-            if found is not None:
-                value[anew], error[anew] = found[number].value, found[number].standard_error
-            lights.append(Irradiance(value, error))
-        stood = {}
-        for name in ("open", "coarse", "enclosed"):
-            old = getattr(first.places, name)
-            stood[name] = np.zeros(len(anew), old.dtype)
-            stood[name][~anew] = old[olds]
-            if places is not None:
-                stood[name][anew] = getattr(places, name)
+
+        order = np.empty(len(anew), np.int64)
+        order[~anew], order[anew] = np.arange(len(olds)), np.arange(len(olds), len(anew))
+
+        def merged(kept: Rows, come: Rows | None) -> Rows:
+            """Of all points what is ``kept`` of some, and what has ``come`` of those that were found anew."""
+            return (kept if come is None else type(kept).joined([kept, come])).taken(order)
+
+        more = (*more, more[0] + more[1])
+        before = (each.taken(olds) for each in (first.result.direct, first.result.indirect, first.by_rays))
+        lights = [merged(old + change, new) for old, change, new in zip(before, more, found or 3 * [None], strict=True)]
+        stood = merged(first.places.taken(olds), places)
         seen, settled = lights[0] + lights[1], first.settled
-        hidden = hidden_points(np.zeros(len(anew), bool), stood.pop("enclosed"), seen.value)
+        hidden = hidden_points(np.zeros(len(anew), bool), stood.enclosed, seen.value)
         if self._fit is not None:
             if settled is not None:
                 beyond = np.zeros(len(anew), bool)
                 beyond[~anew] = np.abs(more[2].value).sum(axis=1) > seen.standard_error[~anew].sum(axis=1)
                 settled = self._fit.among(settled, self._same, anew | beyond)
             shown = ShownErrors(self._fit, settled)
-            seen = shown.seen(seen, np.where(hidden, 0.0, stood["open"]), lights[2])
+            seen = shown.seen(seen, np.where(hidden, 0.0, stood.open), lights[2])
             settled = shown.settled
         seconds = self._stopwatch.seconds
         doubtful = np.where(self._same >= 0, first.result.doubtful.take(self._same), seen.doubtful)
         light = {"direct": lights[0], "indirect": lights[1], "seen": seen, "doubtful": doubtful, "settled": settled}
-        found = replace(first.result, **light, hidden=hidden, **stood, seconds=seconds)
-        return self._in_scale(found)
+        light |= {"hidden": hidden, "open": stood.open, "coarse": stood.coarse}
+        return self._in_scale(replace(first.result, **light, seconds=seconds))
 
     def _in_scale(self, found: BakeResult) -> BakeResult:
         """What was ``found`` of lights as strong as in the first bake, of lights as strong as they are."""

@@ -36,6 +36,9 @@ from .writing.encoding import encoded
 from .writing.live_colours import LiveColours
 from .writing.write_attributes import MeshColours
 
+#: what a report has of a result as it is
+AS_FOUND = "photons segments shadow_rays radius gatherer relative_error high_error".split()
+
 #: seconds to write the colour of one point, and the least time that is left to the bake itself
 WRITING, LEAST_SECONDS = 4e-6, 0.05
 
@@ -89,11 +92,6 @@ class FoundLight:
             filled=sum(int((known_rows(target, values.known) < 0).sum()) for target in self.targets),
             triangles=len(surfaces.triangles),
             lights=self.export.lights,
-            photons=result.photons,
-            shadow_rays=result.shadow_rays,
-            segments=result.segments,
-            radius=result.radius,
-            gatherer=result.gatherer,
             gatherer_reason=result.reason,
             seconds={
                 "export": self.exported - start,
@@ -101,8 +99,7 @@ class FoundLight:
                 "trace": result.seconds["radius"] + result.seconds["trace"],
                 "gather": result.seconds["place"] + result.seconds["gather"],
             },
-            relative_error=result.relative_error,
-            high_error=result.high_error,
+            **{name: getattr(result, name) for name in AS_FOUND},
             lossy_faces=lossy_faces(self.export, self.points, values, result),
             light_groups=tuple(group.name for group in self.groups),
             modelled=tuple(self.export.modelled),

@@ -170,5 +170,4 @@ def _run(arguments: argparse.Namespace) -> int:
     paths = zip((scene.path for scene in scenes), outputs, previews, strict=True)
     jobs = tuple(SceneJob(*each) for each in paths)
     options["jobs"] = min(arguments.jobs, len(jobs))
-    wishes = arguments.jobs, arguments.time_limit, arguments.resume, arguments.dry_run
-    return int(bake_batch(Batch(jobs, options, report, arguments.quiet, *wishes)) > 0)
+    return int(bake_batch(Batch(jobs, options, report)) > 0)

@@ -33,7 +33,7 @@ def bake_batch(batch: Batch) -> int:
     if batch.report is not None:
         check_writable(batch.report)
     begin = time.monotonic()
-    display = ProgressDisplay(sys.stdout, batch.quiet, **({"interval": SELDOM} if batch.apart else {}))
+    display = ProgressDisplay(sys.stdout, batch.options["quiet"], **({"interval": SELDOM} if batch.apart else {}))
     outcomes: dict[int, Outcome] = {}
     unreported = None
     with closing(_apart(batch, display) if batch.apart else _alone(batch, display)) as done:
@@ -44,7 +44,7 @@ def bake_batch(batch: Batch) -> int:
             unreported = _reported(batch, outcomes)
     ordered = [outcomes[number] for number in sorted(outcomes)]
     display.end()
-    if len(batch.jobs) > 1 or batch.dry_run:
+    if len(batch.jobs) > 1 or batch.options["dry_run"]:
         for line in table_lines(batch.jobs, ordered, time.monotonic() - begin):
             display.line(line)
     for line in failure_lines(batch.jobs, ordered):
@@ -68,9 +68,9 @@ def _reported(batch: Batch, outcomes: dict[int, Outcome]) -> DetpError | None:
 def _alone(batch: Batch, display: ProgressDisplay) -> Iterator[tuple[int, Outcome]]:
     """The outcome of the only file, baked in this process; Blender is loaded when there is work for it."""
     (job,) = batch.jobs
-    entries = done_before(job, batch.options) if batch.resume else None
+    entries = done_before(job, batch.options) if batch.options["resume"] else None
     undrawn = entries is not None and not all(path.exists() for path in previews_of(job, entries))
-    if entries is not None and (batch.dry_run or not undrawn):
+    if entries is not None and (batch.options["dry_run"] or not undrawn):
         display.line(f"{job.output} is done already")
         yield 0, skipped(entries)
         return
@@ -105,7 +105,7 @@ def _apart(batch: Batch, display: ProgressDisplay) -> Iterator[tuple[int, Outcom
             left = (time.monotonic() - begin) * (1 - share) / share if 0.01 < share < 1 else None
             names = ", ".join(batch.jobs[each].scene.stem for each in sorted(states)[:3])
             title = f"{finished} of {len(batch.jobs)} files" + (f", {failed} failed" if failed else "")
-            phase = "Forecasting" if batch.dry_run else "Baking"
+            phase = "Forecasting" if batch.options["dry_run"] else "Baking"
             display.show(f"{title}: {names}" if names else title, JobProgress(phase, share, left))
 
 

@@ -49,7 +49,7 @@ _CHUNK, _LEVEL = 1 << 22, 1
 
 @dataclass(frozen=True)
 class KeptParts:
-    """All of a kept bake: of which scene and view layer, what was asked for, and the name and bake of each light group."""
+    """All of a kept bake: of which scene and view layer, what was asked for, and name and bake of each light group."""
 
     scene: str
     view_layer: str

@@ -12,6 +12,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from detp.detp_addon.tables import markdown_table
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests" / "analytic"))
@@ -34,16 +35,14 @@ def main() -> int:
         cases.append(many_objects(options.objects))
     versions = f"NumPy {np.__version__}, Python {platform.python_version()}, {platform.machine()}"
     lines = [HEADING, f"{options.size:g} times the photons of the tests; {versions}.", ""]
-    lines += ["| case | expected | measured | verdict |", "| --- | --- | --- | --- |"]
-    failed = 0
+    rows = []
     for case in cases:
         measured, as_expected = case.run(options.size)
-        failed += not as_expected
-        cells = [case.name, case.expected, measured, "yes" if as_expected else "**no**"]
-        lines.append("| " + " | ".join(cells) + " |")
-        print(lines[-1], flush=True)
+        rows.append([case.name, case.expected, measured, "yes" if as_expected else "**no**"])
+        print(rows[-1], flush=True)
+    lines.append(markdown_table(("case", "expected", "measured", "verdict"), rows))
     options.output.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    return 1 if failed else 0
+    return 1 if any(row[-1] != "yes" for row in rows) else 0
 
 
 def parse() -> argparse.Namespace:

@@ -200,8 +200,8 @@ def _subdivided(
         if before is None:
             before, most = report.lossy_faces.whole, most_vertices(report.lossy_faces)
         with blender_silenced():
-            division = divide_faces(report.lossy_faces, most // left)
-        faces, objects, most = faces + division.faces, max(objects, division.objects), most - division.vertices
+            divided, among, added = divide_faces(report.lossy_faces, most // left)
+        faces, objects, most = faces + divided, max(objects, among), most - added
     return None if before is None else (faces, objects, before)
 
 

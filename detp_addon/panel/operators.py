@@ -286,10 +286,9 @@ class DETP_OT_divide_faces(_OnWrongFaces, bpy.types.Operator):
     def execute(self, _context):
         """The faces get other numbers, so the bake is forgotten."""
         lossy = session.report().lossy_faces
-        done = divide_faces(lossy, most_vertices(lossy))
+        faces, objects, _ = divide_faces(lossy, most_vertices(lossy))
         session.forget()
-        faces, objects = counted(done.faces, "face"), counted(done.objects, "object")
-        self.report({"INFO"}, f"Divided {faces} of {objects}: bake again.")
+        self.report({"INFO"}, f"Divided {counted(faces, 'face')} of {counted(objects, 'object')}: bake again.")
         return {"FINISHED"}
 
 

@@ -338,9 +338,8 @@ def test_where_single_pixels_look(size, row, column, looking):
     assert particles.directions == pytest.approx(np.tile(np.negative(looking), (100, 1)), abs=0.01)
 
 
-@pytest.mark.parametrize(
-    "make",
-    [
+WRONG = {
+    InvalidArrayError: [
         lambda: PointLight((0, 0), COLOUR),
         lambda: PointLight((0, 0, np.nan), COLOUR),
         lambda: PointLight(AT, (1, 2, np.inf)),
@@ -359,15 +358,7 @@ def test_where_single_pixels_look(size, row, column, looking):
         lambda: EnvironmentWorld(np.zeros((0, 4, 3))),
         lambda: EnvironmentWorld(np.full((2, 4, 3), np.nan)),
     ],
-)
-def test_bad_arrays_are_named(make):
-    with pytest.raises(InvalidArrayError):
-        make()
-
-
-@pytest.mark.parametrize(
-    "make",
-    [
+    InvalidSettingError: [
         lambda: PointLight(AT, COLOUR, -1),
         lambda: PointLight(AT, COLOUR, np.inf),
         lambda: PointLight(AT, COLOUR, "wide"),
@@ -378,9 +369,12 @@ def test_bad_arrays_are_named(make):
         lambda: AreaLight(AT, (1, 0, 0), (0, 1, 0), COLOUR, "disk"),
         lambda: AreaLight(AT, (1, 0, 0), (0, 1, 0), COLOUR, spread=3.3),
     ],
-)
-def test_bad_settings_are_named(make):
-    with pytest.raises(InvalidSettingError):
+}
+
+
+@pytest.mark.parametrize(("error", "make"), [(error, make) for error, makers in WRONG.items() for make in makers])
+def test_what_is_wrong_is_named(error, make):
+    with pytest.raises(error):
         make()
 
 

@@ -144,8 +144,7 @@ def found_light(
         for number in range(count):
             surfaces = lit_by(export, groups[number]) if groups else export.scene
             settings = _settings_of(number, count, request.settings, start, len(points.centres))
-            found = None
-            asked, baking = replace(request, settings=settings), None
+            asked, found, baking = replace(request, settings=settings), None, None
             if kept is not None:
                 baking = partial(kept.bake, groups[number].name if groups else ALL)
             for progress in _bake_steps(scene, export, surfaces, points, asked, baking):
@@ -191,10 +190,8 @@ def _bake_steps(
         surfaces, settings = ambient_occlusion(surfaces, settings)
     try:
         places = Points(points.centres, points.normals, points.inward, points.facing)
-        given, hired = (
-            (surfaces, places, settings),
-            crew_of(surfaces, places, settings, request.cluster, request.beside),
-        )
+        given = surfaces, places, settings
+        hired = crew_of(*given, request.cluster, request.beside)
         if baking is not None:
             result = yield from baking(*given, points.fit, hired)
         else:

@@ -117,11 +117,7 @@ class DETP_PT_animation(SidebarTab, bpy.types.Panel):
         """Which frames; then the buttons, and what it will take."""
         scene, settings = context.scene, context.scene.detp_animation
         column = settings_column(self.layout)
-        fields(
-            column,
-            settings,
-            "own_range first last every moving_only" if settings.own_range else "own_range every moving_only",
-        )
+        fields(column, settings, f"own_range {'first last' if settings.own_range else ''} every moving_only")
         if settings.moving_only and context.object is not None:
             _draw_moving(column, context.object)
         column.prop(settings, "whole")

@@ -61,21 +61,15 @@ def _processor_seconds(search: DiscIndex, segments: Segments) -> float:
 
 @cache
 def _standard_search() -> tuple[DiscIndex, Segments]:
-    discs, segments = _standard_field(4000, 4000)
-    search = DiscIndex(discs)
+    """Discs on a sphere and in it, as far apart as they are wide, and chords: some of all that a search does."""
+    generator, count = np.random.default_rng(1), 4000
+    normals = _unit(generator.normal(size=(count, 3)))
+    shells = np.where(np.arange(count) % 2, 1.0, generator.random(count) ** (1.0 / 3.0))
+    search = DiscIndex(TangentDiscs.of_radius(normals * shells[:, None], -normals, 0.06))
+    segments = Segments.between(*_unit(generator.normal(size=(2, count, 3))))
     # The first time is slower.
     _processor_seconds(search, segments)
     return search, segments
-
-
-def _standard_field(points: int, lines: int) -> tuple[TangentDiscs, Segments]:
-    """Discs on a sphere and in it, as far apart as they are wide, and chords: some of all that a search does."""
-    generator = np.random.default_rng(1)
-    normals = _unit(generator.normal(size=(points, 3)))
-    shells = np.where(np.arange(points) % 2, 1.0, generator.random(points) ** (1.0 / 3.0))
-    discs = TangentDiscs.of_radius(normals * shells[:, None], -normals, 0.06)
-    ends = _unit(generator.normal(size=(2, lines, 3)))
-    return discs, Segments.between(*ends)
 
 
 def _unit(rows: np.ndarray) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
@@ -128,24 +129,17 @@ class RayCaster:
         Hit points come from the triangle's float64 corners and Embree's barycentric coordinates, which stays exact
         for needles and at grazing angles, where origin + distance * direction does not (Waechter and Binder 2019).
         """
-        reach = self._reach(origins, distances)
-        parts = slices(len(origins), RAYS_PER_SLICE)
-        if len(parts) <= 1:
-            return Hits(*self._cast(origins, directions, reach))
-        found = ordered_map(lambda rows: self._cast(origins[rows], directions[rows], reach[rows]), parts)
-        return Hits(*map(np.concatenate, zip(*found, strict=True)))
+        return Hits(*_in_slices(self._cast, origins, directions, self._reach(origins, distances)))
 
     def occluded(self, origins: np.ndarray, directions: np.ndarray, distances: np.ndarray) -> np.ndarray:
         """Whether (R,) anything lies within ``distances`` (R,) metres, inf allowed, along each ray as above."""
-        parts = slices(len(origins), RAYS_PER_SLICE)
-        if len(parts) <= 1:
-            return self._blocked(origins, directions, distances)
-        found = ordered_map(lambda rows: self._blocked(origins[rows], directions[rows], distances[rows]), parts)
-        return np.concatenate(list(found))
+        (found,) = _in_slices(self._blocked, origins, directions, distances)
+        return found
 
     def _blocked(self, origins, directions, distances):
         reach = np.minimum(distances * self._scale, FAR).astype(np.float32)
-        return self._embree.run(self._local(origins), directions.astype(np.float32), reach, query="OCCLUDED") == 0
+        hit = self._embree.run(self._local(origins), directions.astype(np.float32), reach, query="OCCLUDED")
+        return (hit == 0,)
 
     def _reach(self, origins: np.ndarray, distances: np.ndarray | None) -> np.ndarray:
         """A little more than ``distances`` in Embree's scale: what rounding might leave out belongs to it."""
@@ -170,6 +164,15 @@ class RayCaster:
         local = origins - self.centre
         local *= self._scale
         return np.clip(local, -FAR, FAR, out=local).astype(np.float32)
+
+
+def _in_slices(cast: Callable[..., tuple], *rays: np.ndarray) -> tuple:
+    """The arrays that ``cast`` makes of ``rays``, arrays (R, ...), a slice at a time side by side."""
+    parts = slices(len(rays[0]), RAYS_PER_SLICE)
+    if len(parts) <= 1:
+        return cast(*rays)
+    found = ordered_map(lambda rows: cast(*(each[rows] for each in rays)), parts)
+    return tuple(map(np.concatenate, zip(*found, strict=True)))
 
 
 def _distances(places: np.ndarray, centre: np.ndarray) -> np.ndarray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Generator, Iterator
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import cached_property, partial, reduce
 from operator import add
@@ -13,10 +13,9 @@ import bpy
 import numpy as np
 
 from ..core.bake import bake
-from ..core.cluster.crew import Crew, crew_of
+from ..core.cluster.crew import crew_of
 from ..core.direct.ambient_occlusion import ambient_occlusion
 from ..core.errors import NoLightError, NoMeshError
-from ..core.fit.vertex_fit import VertexFit
 from ..core.memory import check_baking
 from ..core.points import Points
 from ..core.result import BakeResult, Progress
@@ -36,6 +35,9 @@ from .values import BakedPoints, LightValues, known_rows, lossy_faces, points_of
 from .writing.encoding import encoded
 from .writing.live_colours import LiveColours
 from .writing.write_attributes import MeshColours
+
+#: what a report has of a result as it is
+AS_FOUND = "photons segments shadow_rays radius gatherer relative_error high_error".split()
 
 #: seconds to write the colour of one point, and the least time that is left to the bake itself
 WRITING, LEAST_SECONDS = 4e-6, 0.05
@@ -90,11 +92,6 @@ class FoundLight:
             filled=sum(int((known_rows(target, values.known) < 0).sum()) for target in self.targets),
             triangles=len(surfaces.triangles),
             lights=self.export.lights,
-            photons=result.photons,
-            shadow_rays=result.shadow_rays,
-            segments=result.segments,
-            radius=result.radius,
-            gatherer=result.gatherer,
             gatherer_reason=result.reason,
             seconds={
                 "export": self.exported - start,
@@ -102,8 +99,7 @@ class FoundLight:
                 "trace": result.seconds["radius"] + result.seconds["trace"],
                 "gather": result.seconds["place"] + result.seconds["gather"],
             },
-            relative_error=result.relative_error,
-            high_error=result.high_error,
+            **{name: getattr(result, name) for name in AS_FOUND},
             lossy_faces=lossy_faces(self.export, self.points, values, result),
             light_groups=tuple(group.name for group in self.groups),
             modelled=tuple(self.export.modelled),
@@ -148,8 +144,7 @@ def found_light(
         for number in range(count):
             surfaces = lit_by(export, groups[number]) if groups else export.scene
             settings = _settings_of(number, count, request.settings, start, len(points.centres))
-            found = None
-            asked, baking = replace(request, settings=settings), None
+            asked, found, baking = replace(request, settings=settings), None, None
             if kept is not None:
                 baking = partial(kept.bake, groups[number].name if groups else ALL)
             for progress in _bake_steps(scene, export, surfaces, points, asked, baking):
@@ -195,23 +190,16 @@ def _bake_steps(
         surfaces, settings = ambient_occlusion(surfaces, settings)
     try:
         places = Points(points.centres, points.normals, points.inward, points.facing)
-        crew, given = crew_of(surfaces, places, settings, request.cluster, request.beside), (surfaces, places, settings)
-        result = yield from (_baked if baking is None else baking)(*given, points.fit, crew)
+        given = surfaces, places, settings
+        hired = crew_of(*given, request.cluster, request.beside)
+        if baking is not None:
+            result = yield from baking(*given, points.fit, hired)
+        else:
+            with hired as crew:
+                result = yield from bake(*given, points.fit, crew)
     except NoLightError as error:
         raise NoLightError(why_no_light(scene, (*export.left_out, *export.warnings)) or str(error)) from None
     yield Progress("Writing the colours", 1.0, result)
-
-
-def _baked(
-    surfaces: Scene,
-    points: Points,
-    settings: BakeSettings,
-    fit: VertexFit | None,
-    hired: AbstractContextManager[Crew | None],
-) -> Generator[Progress, None, BakeResult]:
-    """The steps of a bake, of which the crew that is ``hired`` does the heavy ones."""
-    with hired as crew:
-        return (yield from bake(surfaces, points, settings, fit, crew))
 
 
 def _job_progress(progress: Progress, found: BakeResult | None, passed: float, shown: bool) -> JobProgress:

@@ -127,13 +127,8 @@ class BakeReport:
 
     def details(self) -> list[str]:
         """Lines for people after the headline: what was modelled, what was left out, what to look at."""
-        lines = []
-        if self.light_groups:
-            lines.append("Light groups: " + ", ".join(self.light_groups) + ".")
-        if self.modelled:
-            lines.append("Modelled: " + ", ".join(self.modelled) + ".")
-        if self.left_out:
-            lines.append("Left out: " + ", ".join(self.left_out) + ".")
+        listed = ("Light groups", self.light_groups), ("Modelled", self.modelled), ("Left out", self.left_out)
+        lines = [f"{what}: {', '.join(names)}." for what, names in listed if names]
         if math.isfinite(self.lossy_faces.whole):
             lines.append(self.faces())
         if self.brightness.sentence():

@@ -22,6 +22,7 @@ from detp.detp_addon.files.write_files import save_blend
 from detp.detp_addon.job import bake_scene
 from detp.detp_addon.preview.render_preview import render_preview
 from detp.detp_addon.request import BakeRequest
+from made_objects import diffuse, put
 from PIL import Image
 
 GAP, CUTS = 4, 24
@@ -90,19 +91,16 @@ def room(last: int) -> bpy.types.Scene:
     box = bpy.context.object
     painted(box, "box", (0.75, 0.75, 0.75))
     cut(box)
-    lamp = bpy.data.objects.new("lamp", bpy.data.lights.new("lamp", "POINT"))
+    lamp = put("lamp", bpy.data.lights.new("lamp", "POINT"))
     lamp.data.energy, lamp.data.shadow_soft_size = 120.0, 0.15
-    scene.collection.objects.link(lamp)
     for frame, share in ((1, -1.0), (last, 1.0)):
         box.location, box.rotation_euler = (1.1 * share, 0.2, 0.56), (0.0, 0.0, 1.2 * share)
         lamp.location = (-1.2 * share, -0.6, 3.2)
         for path in ("location", "rotation_euler"):
             box.keyframe_insert(path, frame=frame)
         lamp.keyframe_insert("location", frame=frame)
-    camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
-    camera.location, camera.rotation_euler = (0, -7.6, 2), (turn, 0, 0)
-    scene.collection.objects.link(camera)
-    scene.camera = camera
+    scene.camera = put("camera", bpy.data.cameras.new("camera"))
+    scene.camera.location, scene.camera.rotation_euler = (0, -7.6, 2), (turn, 0, 0)
     scene.render.resolution_x = scene.render.resolution_y = 540
     scene.frame_set(1)
     return scene
@@ -110,16 +108,7 @@ def room(last: int) -> bpy.types.Scene:
 
 def painted(obj, name: str, colour) -> None:
     obj.name = obj.data.name = name
-    material = bpy.data.materials.new(name)
-    if bpy.app.version < (5, 0):
-        material.use_nodes = True
-    nodes = material.node_tree.nodes
-    nodes.clear()
-    shader = nodes.new("ShaderNodeBsdfDiffuse")
-    shader.inputs["Color"].default_value = (*colour, 1.0)
-    output = nodes.new("ShaderNodeOutputMaterial")
-    material.node_tree.links.new(shader.outputs[0], output.inputs["Surface"])
-    obj.data.materials.append(material)
+    obj.data.materials.append(diffuse(name, colour))
 
 
 def cut(obj) -> None:

@@ -21,6 +21,8 @@ from detp.core.discs import TangentDiscs
 from detp.core.gatherers.brute_force import BruteForce
 from detp.core.gatherers.disc_index import DiscIndex
 from detp.core.gatherers.sphere_cache import SphereCache
+from detp.core.rays import RayCaster
+from detp.core.sampling import cosine_hemisphere
 from detp.core.segments import Segments
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
@@ -36,11 +38,7 @@ BOXES = np.array(
         [[0.3, 2.2, 0.0], [0.9, 2.8, 0.4]],
     ]
 )
-GATHERERS = {
-    "disc-index": DiscIndex,
-    "sphere-cache": SphereCache,
-    "brute-force": BruteForce,
-}
+GATHERERS = {kind.name: kind for kind in (DiscIndex, SphereCache, BruteForce)}
 
 
 def faces() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -108,39 +106,19 @@ def room_points(count: int, generator: np.random.Generator) -> tuple[np.ndarray,
 def bounces(count: int, generator: np.random.Generator) -> Segments:
     """``count`` segments of cosine-distributed paths through the room, each longer by a millionth than its way."""
     points, normals, _ = room_points(max(1, count // 8), generator)
+    caster = RayCaster(room_mesh(np.inf))
     origins, ends = [], []
     while sum(map(len, origins)) < count:
-        directions = _cosine(normals, generator)
-        distance, normals = _first_hit(points, directions)
+        directions = cosine_hemisphere(normals, generator.random((len(points), 2)))
+        hits = caster.first_hits(points + caster.tolerance(points)[:, None] * normals, directions)
+        rows = np.flatnonzero(hits.triangle >= 0)
+        points, directions, places = points[rows], directions[rows], hits.points[rows]
         origins.append(points)
-        ends.append(points + directions * (distance * (1 + 1e-6))[:, None])
-        points = points + directions * distance[:, None]
-    origins, ends = np.concatenate(origins)[:count], np.concatenate(ends)[:count]
-    return Segments(origins, ends, np.ones((count, 3)), np.zeros(count, np.uint16))
-
-
-def _cosine(normals: np.ndarray, generator: np.random.Generator) -> np.ndarray:
-    ball = generator.normal(size=normals.shape)
-    directions = normals + ball / np.linalg.norm(ball, axis=1)[:, None] * (1 - 1e-9)
-    return directions / np.linalg.norm(directions, axis=1)[:, None]
-
-
-def _first_hit(points: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    rows = np.arange(len(points))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        inverse = 1.0 / directions
-        distances = np.where(directions > 0, ROOM[1] - points, ROOM[0] - points) * inverse
-        axis, distance = distances.argmin(axis=1), distances.min(axis=1)
-        for box in BOXES:
-            one, other = (box[0] - points) * inverse, (box[1] - points) * inverse
-            near, far = np.minimum(one, other), np.maximum(one, other)
-            enter = near.max(axis=1)
-            first = (enter < far.min(axis=1)) & (enter > 1e-9) & (enter < distance)
-            axis = np.where(first, near.argmax(axis=1), axis)
-            distance = np.where(first, enter, distance)
-    normals = np.zeros_like(points)
-    normals[rows, axis] = -np.sign(directions[rows, axis])
-    return distance, normals
+        ends.append(points + (places - points) * (1 + 1e-6))
+        normals = caster.normals[hits.triangle[rows]]
+        normals *= -np.sign(np.einsum("ij,ij->i", normals, directions))[:, None]
+        points = places
+    return Segments.between(np.concatenate(origins)[:count], np.concatenate(ends)[:count])
 
 
 def measure(make, discs: TangentDiscs, segments: Segments, seconds: float) -> dict:
@@ -157,17 +135,12 @@ def measure(make, discs: TangentDiscs, segments: Segments, seconds: float) -> di
     rows = max(1, min(len(segments), int(rows * seconds / elapsed)))
     runs = sorted(_search(gatherer, segments, rows) for _ in range(RUNS))
     elapsed, crossings, step = runs[RUNS // 2]
-    return {
-        "build": float(np.median(building)),
-        "rows": rows,
-        "rate": rows / elapsed,
-        "crossings": crossings / rows,
-        "step": step,
-    }
+    build = float(np.median(building))
+    return {"build": build, "rows": rows, "rate": rows / elapsed, "crossings": crossings / rows, "step": step}
 
 
 def _search(gatherer, segments: Segments, rows: int) -> tuple[float, int, float]:
-    part = Segments(segments.origins[:rows], segments.ends[:rows], segments.flux[:rows], segments.bounce[:rows])
+    part = segments.taken(slice(rows))
     begin = last = time.perf_counter()
     crossings, longest = 0, 0.0
     for chunk in gatherer.crossings(part):

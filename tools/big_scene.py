@@ -12,6 +12,7 @@ from pathlib import Path
 
 import bpy
 import numpy as np
+from made_objects import one_shader, put, sky, sun
 
 #: Share of the triangles that the hills have; leaves of each kind of tree, of two triangles each; kinds of trees.
 HILLS, LEAVES, KINDS = 0.23, 10_000, 3
@@ -30,17 +31,18 @@ def main() -> None:
     across = max(int(np.sqrt(HILLS * triangles / 2)), 2)
     trees = max(int((1.0 - HILLS) * triangles / (2 * LEAVES)), 1)
     generator = np.random.default_rng(1)
-    _linked("Hills", _hills(across, _material("Ground", (0.35, 0.3, 0.2))))
+    put("Hills", _hills(across, _material("Ground", (0.35, 0.3, 0.2))))
     leaves = _material("Leaves", (0.15, 0.4, 0.1))
     kinds = [_kind(_tree(f"Tree {number}", generator, leaves)) for number in range(KINDS)]
     for number in range(trees):
         x, y = generator.uniform(0.02, 0.98, 2) * across * STEP
-        tree = _linked(f"Instance {number:04}", None)
+        tree = put(f"Instance {number:04}", None)
         tree.instance_type, tree.instance_collection = "COLLECTION", kinds[number % KINDS]
         tree.location = x, y, _height(np.array(x), np.array(y)) + 3.0
         tree.rotation_euler[2] = generator.uniform(0, 2 * np.pi)
         tree.scale = [generator.uniform(0.7, 1.4)] * 3
-    _light()
+    sun(3.0, (0.7, 0.3, 0.0))
+    sky((0.3, 0.5, 0.9))
     bpy.ops.wm.save_as_mainfile(filepath=str(arguments.output), compress=False)
     print(f"{2 * across**2 + trees * 2 * LEAVES} triangles, {trees} trees")
 
@@ -82,11 +84,7 @@ def _mesh(name: str, vertices: np.ndarray, quads: np.ndarray, material: bpy.type
 
 
 def _material(name: str, colour: tuple[float, float, float]) -> bpy.types.Material:
-    material = bpy.data.materials.new(name)
-    if bpy.app.version < (5, 0):
-        material.use_nodes = True
-    material.node_tree.nodes["Principled BSDF"].inputs["Base Color"].default_value = (*colour, 1)
-    return material
+    return one_shader(name, "BsdfPrincipled", Base_Color=(*colour, 1.0))
 
 
 def _kind(mesh: bpy.types.Mesh) -> bpy.types.Collection:
@@ -94,22 +92,6 @@ def _kind(mesh: bpy.types.Mesh) -> bpy.types.Collection:
     made = bpy.data.collections.new(mesh.name)
     made.objects.link(bpy.data.objects.new(mesh.name, mesh))
     return made
-
-
-def _linked(name: str, mesh: bpy.types.Mesh | None) -> bpy.types.Object:
-    made = bpy.data.objects.new(name, mesh)
-    bpy.context.scene.collection.objects.link(made)
-    return made
-
-
-def _light() -> None:
-    sun = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
-    sun.data.energy, sun.data.angle, sun.rotation_euler = 3.0, 0.01, (0.7, 0.3, 0.0)
-    bpy.context.scene.collection.objects.link(sun)
-    world = bpy.context.scene.world = bpy.data.worlds.new("Sky")
-    if bpy.app.version < (5, 0):
-        world.use_nodes = True
-    world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.3, 0.5, 0.9, 1)
 
 
 if __name__ == "__main__":

@@ -32,7 +32,7 @@ from detp.core.settings import BakeSettings
 from detp.core.triangles import normals_and_areas
 from detp.detp_addon.files.open_files import open_blend
 from detp.detp_addon.reading.read_scene import read_scene
-from detp.detp_addon.tradeoff.light_errors import figures
+from detp.detp_addon.tradeoff.figures import figures
 
 TANGENT_RAYS = 32
 

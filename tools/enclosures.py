@@ -13,6 +13,7 @@ from detp.core.lights.emissive import EmissiveTriangles
 from detp.core.scene import Scene
 from detp.core.triangles import normals_and_areas
 from detp.detp_addon.reading.read_scene import ExportedScene, read_scene
+from made_objects import mesh_object, one_shader
 
 #: what the furnace's surfaces reflect, so that the exitance 1 - ALBEDO gives the irradiance one everywhere
 ALBEDO = 0.5
@@ -216,7 +217,7 @@ def _sphere(add, smooth: bool, **settings) -> None:
         mesh.shade_smooth()
     else:
         mesh.shade_flat()
-    _shine(mesh, SOLID)
+    mesh.materials.append(shining(SOLID))
 
 
 def cuboid(lower, upper, steps=(1, 1, 1)):
@@ -251,19 +252,8 @@ def _add_body(name: str, vertices: np.ndarray, faces: list) -> None:
 
 
 def _add(name: str, vertices: np.ndarray, faces: list, strength: float = SOLID) -> None:
-    mesh = bpy.data.meshes.new(name)
-    mesh.from_pydata(vertices.tolist(), [], [tuple(face) for face in faces])
-    _shine(mesh, strength)
-    bpy.context.scene.collection.objects.link(bpy.data.objects.new(name, mesh))
+    mesh_object(name, vertices, faces, shining(strength))
 
 
-def _shine(mesh, strength: float) -> None:
-    material = bpy.data.materials.new("shining")
-    if bpy.app.version < (5, 0):
-        material.use_nodes = True
-    nodes = material.node_tree.nodes
-    nodes.clear()
-    shader = nodes.new("ShaderNodeEmission")
-    shader.inputs["Strength"].default_value = strength
-    material.node_tree.links.new(shader.outputs[0], nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
-    mesh.materials.append(material)
+def shining(strength: float) -> bpy.types.Material:
+    return one_shader("shining", "Emission", Strength=strength)

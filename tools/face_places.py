@@ -8,6 +8,7 @@ import bpy
 import numpy as np
 from cycles_places import clearance, light_at
 from detp.core.estimator.enclosure import enclosed
+from detp.core.group_sums import group_means
 from detp.core.rays import RayCaster
 from detp.core.sampling import cosine_hemisphere, triangle
 from detp.core.triangles import normals_and_areas
@@ -107,8 +108,7 @@ def given_places(file: str) -> Places:
 
 def means(values: np.ndarray, groups: np.ndarray, count: int) -> np.ndarray:
     """The mean (count, 3) of the ``values`` (K, 3) of each of the ``groups`` (K,)."""
-    sums = [np.bincount(groups, values[:, axis], count) for axis in range(3)]
-    return np.stack(sums, axis=1) / np.maximum(np.bincount(groups, minlength=count), 1)[:, None]
+    return group_means(values, groups, count)[0]
 
 
 def seen(caster: RayCaster, positions: np.ndarray, facing: np.ndarray) -> np.ndarray:

@@ -31,6 +31,8 @@ from detp.core.rays import RayCaster
 from detp.core.result import BakeResult
 from detp.core.sampling import cosine_hemisphere, frames
 from detp.core.settings import BakeSettings
+from detp.core.stages import finished
+from detp.detp_addon.tables import markdown_table
 from detp.detp_addon.writing.element_values import spread
 from detp.detp_addon.writing.write_attributes import faces_of
 from enclosures import ENCLOSURES, Furnace, furnace
@@ -43,10 +45,10 @@ LIMIT_RAYS = 512
 
 DOCS = Path(__file__).parents[1] / "docs" / "furnace.md"
 
-COLUMNS = (
-    "enclosure | domain | radius m | points | filled | plain: worst | mean | wrong | visible: worst | mean | wrong | "
-    "limit: worst | mean | wrong"
-)
+COLUMNS = ("enclosure", "domain", "radius m", "points", "filled", "plain: worst", "mean", "wrong", "visible: worst",
+           "mean", "wrong", "limit: worst", "mean", "wrong")  # fmt: skip
+MORE_COLUMNS = ("enclosure", "radius m", "corners", "standard error: median", "largest", "visible: worst", "mean",
+                "wrong")  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -82,8 +84,8 @@ def main() -> int:
         enclosure = furnace(build, "CORNER")
         more.append(row_with_more(name, enclosure, max(arguments.radii), arguments.more))
         print(more[-1], flush=True)
-    lines = [*heading(arguments), *rows, *heading_of_more(arguments), *more, ""]
-    arguments.output.write_text("\n".join(lines), encoding="utf-8")
+    lines = [*heading(arguments), markdown_table(COLUMNS, rows), "", *heading_of_more(arguments)]
+    arguments.output.write_text("\n".join([*lines, markdown_table(MORE_COLUMNS, more), ""]), encoding="utf-8")
     return 0
 
 
@@ -115,21 +117,15 @@ def heading(arguments: argparse.Namespace) -> list[str]:
         "",
         f"{os.cpu_count()} cores, {platform.machine()}.",
         "",
-        f"| {COLUMNS} |",
-        "|" + " --- |" * (COLUMNS.count("|") + 1),
     ]
 
 
 def heading_of_more(arguments: argparse.Namespace) -> list[str]:
-    columns = "enclosure | radius m | corners | standard error: median | largest | visible: worst | mean | wrong"
     return [
-        "",
         f"## With {arguments.more:,} photons".replace(",", " "),
         "",
         "The visible estimator alone, so that what three standard errors could hide is small.",
         "",
-        f"| {columns} |",
-        "|" + " --- |" * (columns.count("|") + 1),
     ]
 
 
@@ -137,7 +133,7 @@ def percent(share: float, digits: int) -> str:
     return f"{share:.{digits}%}".replace("%", " %")
 
 
-def row(name: str, domain: str, enclosure: Furnace, radius: float | None, photons: int) -> str:
+def row(name: str, domain: str, enclosure: Furnace, radius: float | None, photons: int) -> list[str]:
     """One line of the table."""
     plain, visible = (baked_with(enclosure, estimator, radius, photons) for estimator in ("plain", "visible"))
     placed = placed_discs(enclosure, visible.radius)
@@ -151,10 +147,10 @@ def row(name: str, domain: str, enclosure: Furnace, radius: float | None, photon
     cells += [str(len(readings[0].values)), str(readings[0].filled)]
     for reading in readings:
         cells += [f"{reading.worst:.3f}", f"{reading.values.mean():.3f}", percent(reading.wrong, 1)]
-    return f"| {' | '.join(cells)} |"
+    return cells
 
 
-def row_with_more(name: str, enclosure: Furnace, radius: float, photons: int) -> str:
+def row_with_more(name: str, enclosure: Furnace, radius: float, photons: int) -> list[str]:
     """One line of the second table."""
     visible = baked_with(enclosure, "visible", radius, photons)
     noise = errors(visible, placed_discs(enclosure, radius).area.areas)
@@ -162,19 +158,14 @@ def row_with_more(name: str, enclosure: Furnace, radius: float, photons: int) ->
     cells = [name, f"{radius:.3g}", str(len(reading.values))]
     cells += [percent(float(share), 1) for share in (np.median(reading.errors), reading.errors.max())]
     cells += [f"{reading.worst:.3f}", f"{reading.values.mean():.4f}", percent(reading.wrong, 1)]
-    return f"| {' | '.join(cells)} |"
+    return cells
 
 
 def baked_with(enclosure: Furnace, estimator: str, radius: float | None, photons: int) -> BakeResult:
     exported = enclosure.exported
     # What shines here is known to photons alone.
     settings = BakeSettings("final", photons, radius, estimator=estimator, direct="photons", indirect="photons")
-    steps = bake(exported.scene, exported.points, settings)
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            return end.value
+    return finished(bake(exported.scene, exported.points, settings))
 
 
 def errors(visible: BakeResult, areas: np.ndarray, whole: float | None = None) -> np.ndarray:

@@ -13,6 +13,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from detp.detp_addon.tables import markdown_table
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests" / "analytic"))
@@ -58,9 +59,9 @@ def main() -> int:
     setting = f"Made by `{command} --photons {options.photons}`; {versions}."
     lines = [HEADING.format(limit=f"{options.limit:,}".replace(",", " ")), setting, ""]
     lines += ["## Photons: direct and indirect light from crossings", ""]
-    lines += table(PHOTONS, crossing_rows(options))
+    lines += [markdown_table(PHOTONS.split(" | "), told(crossing_rows(options)))]
     lines += ["", "## Shadow rays: direct light alone", ""]
-    lines += table(SHADOW, shadow_rows(options))
+    lines += [markdown_table(SHADOW.split(" | "), told(shadow_rows(options)))]
     options.output.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return 0
 
@@ -75,12 +76,10 @@ def parse() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def table(heading: str, rows) -> list[str]:
-    lines = [f"| {heading} |", "|" + " --- |" * (heading.count("|") + 1)]
+def told(rows):
     for row in rows:
-        print(row, flush=True)
-        lines.append(row)
-    return lines
+        print(*row, sep=" | ", flush=True)
+        yield row
 
 
 def crossing_rows(options):
@@ -110,10 +109,10 @@ def shadow_rows(options):
             yield row([name, quality], calibration.coverage(*measured))
 
 
-def row(cells: list[str], mean: calibration.Coverage, *limits: calibration.Coverage) -> str:
+def row(cells: list[str], mean: calibration.Coverage, *limits: calibration.Coverage) -> list[str]:
     shares = [share for found in (mean, *limits) for share in (found.sums, found.channels)] + [mean.below, mean.above]
-    cells = [*cells, f"{mean.crossings:.0f}", *(f"{share:.1%}" for share in shares)]
-    return "| " + " | ".join([*cells, f"{mean.variance:.2f}", f"{mean.doubt:.1%}"]) + " |"
+    shares = [f"{share:.1%}" for share in shares]
+    return [*cells, f"{mean.crossings:.0f}", *shares, f"{mean.variance:.2f}", f"{mean.doubt:.1%}"]
 
 
 if __name__ == "__main__":

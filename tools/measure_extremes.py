@@ -12,6 +12,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from detp.detp_addon.tables import markdown_table
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests" / "analytic"))
@@ -34,16 +35,14 @@ def main() -> int:
         cases.append(many_objects(options.objects))
     versions = f"NumPy {np.__version__}, Python {platform.python_version()}, {platform.machine()}"
     lines = [HEADING, f"{options.size:g} times the photons of the tests; {versions}.", ""]
-    lines += ["| case | expected | measured | verdict |", "| --- | --- | --- | --- |"]
-    failed = 0
+    rows = []
     for case in cases:
         measured, as_expected = case.run(options.size)
-        failed += not as_expected
-        cells = [case.name, case.expected, measured, "yes" if as_expected else "**no**"]
-        lines.append("| " + " | ".join(cells) + " |")
-        print(lines[-1], flush=True)
+        rows.append([case.name, case.expected, measured, "yes" if as_expected else "**no**"])
+        print(rows[-1], flush=True)
+    lines.append(markdown_table(("case", "expected", "measured", "verdict"), rows))
     options.output.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    return 1 if failed else 0
+    return 1 if any(row[-1] != "yes" for row in rows) else 0
 
 
 def parse() -> argparse.Namespace:
@@ -64,8 +63,10 @@ def _baked_objects(count: int) -> tuple[str, bool]:
     """Bakes the ground under a cloud of ``count`` cubes, all one mesh, in a new Blender scene."""
     import bpy
     from detp.core.settings import BakeSettings
+    from detp.core.stages import finished
     from detp.detp_addon.job import bake_scene
     from detp.detp_addon.request import BakeRequest
+    from detp.detp_addon.writing.baked_layers import stored_colours
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
@@ -81,16 +82,8 @@ def _baked_objects(count: int) -> tuple[str, bool]:
     bpy.context.object.data.energy = 1.0
     bpy.context.object.data.angle = 0.0
     request = BakeRequest(BakeSettings(quality="draft"), (ground.name,), quantity="irradiance")
-    steps = bake_scene(scene, bpy.context.view_layer, request)
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            report = end.value
-            break
-    colours = np.empty(4 * len(ground.data.loops), np.float32)
-    ground.data.color_attributes["irradiance"].data.foreach_get("color", colours)
-    light = colours.reshape(-1, 4)[:, :3]
+    report = finished(bake_scene(scene, bpy.context.view_layer, request))
+    light = stored_colours(ground.data.attributes["irradiance"])[:, :3]
     text = f"E from {light.min():.2f} to {light.max():.2f}; {report.triangles} triangles"
     return text, bool(np.isfinite(light).all() and 0.5 < np.median(light) < 1.2)
 

@@ -9,6 +9,7 @@ from collections import defaultdict
 from pathlib import Path
 
 import hostile_files
+from detp.detp_addon.tables import markdown_table
 
 OUTPUTS = ("out.blend", "r.json", "p.png")
 #: opens each file that is named, one a line, in Blender; says which it cannot
@@ -69,11 +70,12 @@ def table(trials: Trials, options) -> str:
         "name the cause, anything left behind (after SIGKILL: by the run after it), a control character on a terminal, "
         "light that is not what is known, a traceback, or a hang. A signal that comes before the program's first line "
         "ends Python as it ends any of its programs, by the signal or with a traceback.", "",
-        "| what | trials | longest, s | faults |", "| --- | --- | --- | --- |",
+        markdown_table(
+            ("what", "trials", "longest, s", "faults"),
+            ((kind, str(row["trials"]), f"{row['seconds']:.2f}", "; ".join(row["faults"]) or "none")
+             for kind, row in sorted(trials.rows.items())),
+        ), "",
+        "In rows with a signal *longest* is from the signal to the end of the process, in the others the whole run.",
+        trials.reopened(), "",
     ]  # fmt: skip
-    for kind, row in sorted(trials.rows.items()):
-        lines.append(f"| {kind} | {row['trials']} | {row['seconds']:.2f} | {'; '.join(row['faults']) or 'none'} |")
-    longest = (
-        "In rows with a signal *longest* is from the signal to the end of the process, in the others the whole run."
-    )
-    return "\n".join([*lines, "", longest, trials.reopened(), ""])
+    return "\n".join(lines)

@@ -10,6 +10,7 @@ from detp.detp_addon.reading.read_attributes import stored_normals
 from detp.detp_addon.reading.read_meshes import MeshSurface, corner_vertex_indices, vertex_positions
 from detp.detp_addon.reading.render_view import view_as_render
 from detp.detp_addon.reading.triangle_geometry import has_area
+from detp.detp_addon.writing.baked_layers import stored_colours
 
 
 @dataclass(frozen=True)
@@ -67,9 +68,7 @@ def _shown(obj: bpy.types.Object, attribute: str) -> ShownFaces:
     normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-30)[:, None]
     colours, layer = np.full((len(loops), 3), np.nan), mesh.attributes.get(attribute)
     if layer is not None and layer.domain in ("CORNER", "POINT"):
-        values = np.empty(4 * len(layer.data), np.float32)
-        layer.data.foreach_get("color", values)
-        colours = values.astype(float).reshape(-1, 4)[loops if layer.domain == "CORNER" else vertices, :3]
+        colours = stored_colours(layer).astype(float)[loops if layer.domain == "CORNER" else vertices, :3]
     # A mirrored object turns its triangles inside out.
     order = [0, 1, 2] if np.linalg.det(matrix[:3, :3]) >= 0.0 else [2, 1, 0]
     return ShownFaces(*(values.reshape(-1, 3, 3)[:, order] for values in (corners, normals, colours)))

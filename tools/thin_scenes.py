@@ -11,8 +11,10 @@ import math
 import sys
 from pathlib import Path
 
+import bmesh
 import bpy
 import numpy as np
+from made_objects import diffuse, mesh_object, put, sky, sun
 
 FACES = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
 
@@ -53,10 +55,8 @@ def boards() -> None:
         x, z = -3.8 + 0.64 * number, 0.01 + 0.22 * (number % 6)
         low, high = (x, 2.93, z), (x + 0.5, 2.97, z + 0.04)
         add(f"Board{number}", *box(low, high), white(0.6), cuts=2)
-    lamp = bpy.data.lights.new("Sun", "SUN")
-    lamp.energy, lamp.angle = 4.0, 0.01
-    put("Sun", lamp).rotation_euler = (math.radians(50), 0.0, math.radians(-20))
-    sky((0.3, 0.4, 0.6), 1.0)
+    sun(4.0, (math.radians(50), 0.0, math.radians(-20)))
+    sky((0.3, 0.4, 0.6))
 
 
 def grove() -> None:
@@ -74,34 +74,19 @@ def grove() -> None:
             corners += [place - first - second, place + first - second, place + first + second, place - first + second]
             faces.append(tuple(range(begin, begin + 4)))
         add(f"Leaves{tree}", corners, faces, white(0.4))
-    lamp = bpy.data.lights.new("Sun", "SUN")
-    lamp.energy, lamp.angle = 3.0, 0.01
-    put("Sun", lamp).rotation_euler = (0.5, 0.3, 0.0)
-    sky((0.4, 0.5, 0.7), 1.0)
+    sun(3.0, (0.5, 0.3, 0.0))
+    sky((0.4, 0.5, 0.7))
 
 
-def add(name: str, corners, faces, material, cuts: int = 0):
+def add(name: str, corners, faces, material, cuts: int = 0) -> None:
     """A mesh object, its faces cut so often along each edge."""
-    mesh = bpy.data.meshes.new(name)
-    mesh.from_pydata([tuple(map(float, corner)) for corner in corners], [], faces)
-    mesh.materials.append(material)
-    obj = put(name, mesh)
+    made = mesh_object(name, corners, faces, material)
     if cuts:
-        import bmesh
-
         work = bmesh.new()
-        work.from_mesh(mesh)
+        work.from_mesh(made.data)
         bmesh.ops.subdivide_edges(work, edges=work.edges[:], cuts=cuts, use_grid_fill=True)
-        work.to_mesh(mesh)
+        work.to_mesh(made.data)
         work.free()
-    return obj
-
-
-def put(name: str, data):
-    """An object of that data in the scene."""
-    obj = bpy.data.objects.new(name, data)
-    bpy.context.scene.collection.objects.link(obj)
-    return obj
 
 
 def box(low, high, inward: bool = False):
@@ -126,14 +111,7 @@ def grid_of(corner, first, second, cuts: int):
 
 def white(albedo: float):
     """A diffuse material."""
-    material = bpy.data.materials.new("Diffuse")
-    material.use_nodes = True
-    nodes, links = material.node_tree.nodes, material.node_tree.links
-    nodes.clear()
-    surface, output = nodes.new("ShaderNodeBsdfDiffuse"), nodes.new("ShaderNodeOutputMaterial")
-    surface.inputs["Color"].default_value = (albedo, albedo, albedo, 1.0)
-    links.new(surface.outputs[0], output.inputs[0])
-    return material
+    return diffuse("Diffuse", (albedo,) * 3)
 
 
 def area_lamp(place, size: float, power: float) -> None:
@@ -141,19 +119,6 @@ def area_lamp(place, size: float, power: float) -> None:
     lamp = bpy.data.lights.new("Lamp", "AREA")
     lamp.energy, lamp.size = power, size
     put("Lamp", lamp).location = place
-
-
-def sky(colour, strength: float) -> None:
-    """A world of one colour."""
-    world = bpy.data.worlds.new("Sky")
-    bpy.context.scene.world = world
-    world.use_nodes = True
-    background = world.node_tree.nodes["Background"] if world.node_tree.nodes else None
-    if background is None:
-        background = world.node_tree.nodes.new("ShaderNodeBackground")
-        output = world.node_tree.nodes.new("ShaderNodeOutputWorld")
-        world.node_tree.links.new(background.outputs[0], output.inputs[0])
-    background.inputs[0].default_value, background.inputs[1].default_value = (*colour, 1.0), strength
 
 
 if __name__ == "__main__":

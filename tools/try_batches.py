@@ -17,6 +17,8 @@ import tempfile
 import time
 from pathlib import Path
 
+from detp.detp_addon.tables import markdown_table
+
 PROGRAM = [sys.executable, "-c", "from detp.detp_addon.command.console import console; console()", "bake"]
 QUICK = ["--photons", "20000", "--radius", "0.3"]
 
@@ -165,8 +167,7 @@ def page(options, tables: dict[str, list[tuple[str, str]]]) -> str:
     lines = ["# Batches", "", f"Made by `python tools/try_batches.py --files {options.files} --jobs {options.jobs} "
              f"--limit {options.limit}`, {os.cpu_count()} cores.", ""]  # fmt: skip
     for title, rows in tables.items():
-        lines += [f"## {title}", "", "| what | found |", "| --- | --- |"]
-        lines += [f"| {what} | {found} |" for what, found in rows] + [""]
+        lines += [f"## {title}", "", markdown_table(("what", "found"), rows), ""]
     return "\n".join(lines)
 
 

@@ -20,7 +20,7 @@ from ..gather.records import RecordFinder
 from ..gather.reflected_light import ReflectedLight
 from ..memory import keep_memory
 from ..parallel import alone
-from ..photons.photon_light import PhotonLight, PhotonPiece, PhotonSearch, PieceSums
+from ..photons.photon_light import PhotonLight, PhotonSearch
 from ..photons.tracing import PhotonTracer
 from ..points import Points
 from ..rays import RayCaster
@@ -123,19 +123,9 @@ def _stand(bench: Bench, begin: int, end: int) -> Standpoints:
     return Standpoints.joined(list(found))
 
 
-def _place(bench: Bench, *discs) -> tuple:
-    """Of discs as :func:`.visible_discs` takes them, what tells what their centres see of them."""
-    return VisibleDiscs.joined(list(visible_discs(bench.lit.caster, *discs))).told()
-
-
-def _cast(bench: Bench, piece) -> tuple:
-    """What rays bring to a piece of the points."""
-    return DirectLight.cast_piece(piece, bench.lit, bench.settings, bench.reflected)
-
-
-def _photons(bench: Bench, piece: PhotonPiece) -> PieceSums:
-    """What photons bring to all discs."""
-    return bench.photons.found(piece)
-
-
-TASKS: dict[str, Callable] = {"stand": _stand, "place": _place, "cast": _cast, "photons": _photons}
+TASKS: dict[str, Callable] = {
+    "stand": _stand,
+    "place": lambda bench, *discs: VisibleDiscs.joined(list(visible_discs(bench.lit.caster, *discs))).told(),
+    "cast": lambda bench, piece: DirectLight.cast_piece(piece, bench.lit, bench.settings, bench.reflected),
+    "photons": lambda bench, piece: bench.photons.found(piece),
+}

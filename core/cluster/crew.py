@@ -10,7 +10,6 @@ import uuid
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from itertools import count
-from typing import Protocol
 
 import numpy as np
 
@@ -26,34 +25,23 @@ from ..photons.photon_light import PhotonPiece, PhotonSearch, PieceSums
 from ..points import Points
 from ..scene import Scene
 from ..settings import BakeSettings
-from .dask_hands import LOCAL, hands_at
+from .dask_hands import LOCAL, DaskHands, hands_at
 from .packing import packed, unpacked
-from .processes import processes_at_hand
+from .processes import ProcessHands, processes_at_hand
 
 #: Seconds of one processor of the reference from which on a bake is worth the start of processes.
 WORTH = 4.0
 
 
-class Hands(Protocol):
-    """Processes that do what they are told by name, see bench.py."""
-
-    def give(self, key: str, data: np.ndarray) -> None:
-        """Give all of them ``data`` (B,) uint8, called ``key``."""
-        ...
-
-    def drop(self, key: str) -> None:
-        """Let them forget what is called ``key``."""
-        ...
-
-    def map(self, task: str, keys: tuple[str, ...], pieces: Iterable[np.ndarray]) -> Iterator[np.ndarray]:
-        """What the ``task`` makes of each of the ``pieces``, in their order, with what is called ``keys`` at hand."""
-        ...
-
-
 class Crew:
-    """Has ``hands`` do the heavy parts of a bake of ``scene`` at ``points``; ``name`` tells it from all other bakes."""
+    """Has ``hands`` do the heavy parts of a bake of ``scene`` at ``points``; ``name`` tells it from all other bakes.
 
-    def __init__(self, hands: Hands, name: str, scene: Scene, points: Points, settings: BakeSettings):
+    Hands are given bytes by name, and do the tasks of bench.py with these.
+    """
+
+    def __init__(
+        self, hands: ProcessHands | DaskHands, name: str, scene: Scene, points: Points, settings: BakeSettings
+    ):
         self._hands, self._points, self._numbers = hands, points, count()
         self._scene = f"scene {name}"
         self._given = {"scene": self._scene}

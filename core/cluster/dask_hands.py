@@ -95,8 +95,7 @@ class DaskHands:
 
     def check(self) -> None:
         """Raise ClusterError when there are no workers, or one that is not like this process."""
-        while not self._room():
-            time.sleep(0.1)
+        self._wait_for_workers()
         told = {f"worker at {at}": code for at, code in self._client.run(code_identity, on_error="return").items()}
         try:
             told["scheduler"] = self._client.run_on_scheduler(code_identity)
@@ -117,8 +116,7 @@ class DaskHands:
         """Send ``data`` to all workers that there are."""
         self._data[key] = data
         for losses in count(1):
-            while not self._room():
-                time.sleep(0.1)
+            self._wait_for_workers()
             try:
                 self._futures[key] = self._client.scatter(data, broadcast=True, hash=False)
                 return
@@ -172,6 +170,10 @@ class DaskHands:
             raise ClusterError(f"The Dask scheduler at '{self._address}' is gone.") from error
         if losses > MOST_LOSSES:
             raise ClusterError("Workers are lost again and again: they may have too little memory.") from error
+
+    def _wait_for_workers(self) -> None:
+        while not self._room():
+            time.sleep(0.1)
 
     def _room(self) -> int:
         """Threads that the workers have now. Raises ClusterError when there have been none for too long."""

@@ -1,6 +1,9 @@
-"""What travels between the processes of a bake, see ``core/packing.py``."""
+"""What travels between the processes of a bake, see ``core/packing.py``; on this machine as messages: each is a tuple,
+packed, after the number of its bytes."""
 
 from __future__ import annotations
+
+import socket
 
 import numpy as np
 
@@ -26,7 +29,7 @@ from ..scene import Scene
 from ..settings import BakeSettings
 
 #: classes of which objects may travel
-_KINDS = (
+KINDS = (
     AreaLight, BakeSettings, Bounds, CastPiece, CrossingSums, EnvironmentWorld, PhotonPiece, PieceSums, PointGroups,
     PointLight, Points, Scene, Specular, SpotLight, Standpoints, Stands, SunLight, TangentDiscs, UniformWorld,
 )  # fmt: skip
@@ -35,7 +38,7 @@ _KINDS = (
 def packed(value) -> np.ndarray:
     """``value`` as bytes, (B,) uint8. Raises ClusterError on what cannot travel."""
     try:
-        return packing.packed(value, _KINDS)
+        return packing.packed(value, KINDS)
     except TypeError as error:
         raise ClusterError(f"A {error} cannot be sent to the workers.") from None
 
@@ -43,6 +46,31 @@ def packed(value) -> np.ndarray:
 def unpacked(data: np.ndarray):
     """What was :func:`packed` into ``data`` (B,) uint8; its arrays are views of that. Raises ClusterError."""
     try:
-        return packing.unpacked(data, _KINDS)
+        return packing.unpacked(data, KINDS)
     except ValueError as error:
         raise ClusterError("What came over the network is no part of a bake.") from error
+
+
+def send(to: socket.socket, message: tuple) -> None:
+    """Send ``message``, a tuple of text, text in tuples and arrays, as a whole. Raises OSError when nobody listens."""
+    data = packed(message)
+    to.sendall(len(data).to_bytes(8, "little"))
+    to.sendall(data.data)
+
+
+def received(at: socket.socket) -> tuple:
+    """The next message, which is waited for. Raises EOFError at the end of them, OSError when it is broken off."""
+    return unpacked(exactly(at, int.from_bytes(exactly(at, 8), "little")))
+
+
+def exactly(at: socket.socket, size: int) -> np.ndarray:
+    """The next ``size`` bytes, uint8; raises as :func:`received`."""
+    data = np.empty(size, np.uint8)
+    left = memoryview(data)
+    while left:
+        # Asked for all, the system puts it together while this process goes on with its work.
+        count = at.recv_into(left, 0, socket.MSG_WAITALL)
+        if count == 0:
+            raise EOFError
+        left = left[count:]
+    return data

@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from .bench import done, forget
-from .messages import exactly, received, send
+from .packing import exactly, received, send
 
 #: Pieces that each process has at hand, so that none waits for the next.
 AHEAD = 2

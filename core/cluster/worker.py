@@ -27,13 +27,13 @@ def main() -> None:
     )
     sys.modules[CORE] = core = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(core)
-    bench, messages = (import_module(f"{CORE}.cluster.{name}") for name in ("bench", "messages"))
+    bench, packing = (import_module(f"{CORE}.cluster.{name}") for name in ("bench", "packing"))
     import_module(f"{CORE}.memory").keep_memory()
     with socket.create_connection(("127.0.0.1", told["port"])) as to:
         to.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         to.sendall(bytes.fromhex(told["token"]))
         coming = queue.SimpleQueue()
-        threading.Thread(target=_listen, args=(messages.received, to, coming), daemon=True).start()
+        threading.Thread(target=_listen, args=(packing.received, to, coming), daemon=True).start()
         held = {}
         while True:
             what, *rest = coming.get()
@@ -43,7 +43,7 @@ def main() -> None:
                 del held[rest[0]]
             else:
                 task, keys, piece = rest
-                messages.send(to, (bench.done(task, keys, piece, *(held[key] for key in keys)),))
+                packing.send(to, (bench.done(task, keys, piece, *(held[key] for key in keys)),))
 
 
 def _listen(received, at: socket.socket, coming: queue.SimpleQueue) -> None:

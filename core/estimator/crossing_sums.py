@@ -77,12 +77,11 @@ class Accumulator:
         self._count += len(crossings)
         for channel in range(3):
             flux = self._segments.flux[:, channel].take(inside.segment)
-            self.total[:, :, channel] += np.bincount(place, flux, discs * rings).reshape(discs, rings)
-            flux *= flux
-            self.squares[:, :, channel] += np.bincount(place, flux, discs * rings).reshape(discs, rings)
+            parts = [(self.total, flux), (self.squares, flux * flux)]
             if self._contrasts:
-                signed = self._signed[channel].take(inside.segment)
-                self.contrasts[:, :, channel] += np.bincount(place, signed, discs * rings).reshape(discs, rings)
+                parts.append((self.contrasts, self._signed[channel].take(inside.segment)))
+            for sums, part in parts:
+                sums[:, :, channel] += np.bincount(place, part, discs * rings).reshape(discs, rings)
         if self._segments.particle is not None:
             self._repeated.add(inside)
             self._add_alone(inside)

@@ -9,8 +9,7 @@ import numpy as np
 from ..crossing import crosses
 from ..discs import TangentDiscs
 from ..segments import Segments
-from .gatherer import Counts, Crossings
-from .streams import in_lanes, portions
+from .gatherer import Counts, Crossings, in_lanes, portions
 
 SEGMENTS = 64  # tested together with
 DISCS = 4096

@@ -118,10 +118,6 @@ class MovingDiscs:
             self._within = SomeDiscs(self._make(some), self._rows)
             self._spheres = walked_on(self._spheres, sphere_around(some), self._first, self._q)
 
-    def near(self, segments: Segments, counts: Counts | None = None) -> Segments:
-        """Those of the ``segments`` that meet all outer spheres."""
-        return segments.taken(self._lists.near(segments, self._spheres, counts)) if self._spheres else segments
-
     def crossings(self, segments: Segments, counts: Counts | None = None) -> Iterator[Crossings]:
         """Yield all crossings of ``segments`` with what moves."""
         if len(self._rows) == 0:

@@ -69,7 +69,7 @@ class SphereLists:
         for sphere in spheres:
             found = kept.get(sphere)
             if found is None:
-                found = _meeting(segments, rows, sphere)
+                found = meeting(segments, rows, sphere)
                 if counts is not None:
                     counts.note("lists", 1)
                     counts.note("nodes", len(segments) if rows is None else len(rows))
@@ -86,7 +86,7 @@ class SphereLists:
         return held[key][1]
 
 
-def _meeting(segments: Segments, rows: np.ndarray | None, sphere: Sphere) -> np.ndarray:
+def meeting(segments: Segments, rows: np.ndarray | None, sphere: Sphere) -> np.ndarray:
     """Those of the ``rows`` of segments, None for all, that meet a ``sphere``."""
 
     def found(part: slice) -> np.ndarray:

@@ -10,10 +10,9 @@ import numpy as np
 from ..crossing import crosses
 from ..discs import TangentDiscs
 from ..segments import Segments
-from .gatherer import Counts, Crossings
+from .gatherer import Counts, Crossings, in_lanes, portions
 from .local_frame import LocalFrame, Pieces
 from .patches import DiscPatches, Stretches
-from .streams import in_lanes, portions
 
 PAIRS = 1 << 13  # tested together, so that their rows stay in the processor's cache
 

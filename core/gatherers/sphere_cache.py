@@ -55,9 +55,9 @@ class SphereCache(PatchSearch):
         super().__init__(discs, order, SEGMENTS)
         if len(discs) == 0:
             return
-        self._short, self.q = short, q
-        self.last_radius = last_radius if last_radius is not None else 1.5 * float(np.median(discs.radii))
-        plan = self._plan = SpherePlan.of(discs.centres, discs.radii, q, self.last_radius)
+        self._short = short
+        last = last_radius if last_radius is not None else 1.5 * float(np.median(discs.radii))
+        plan = self._plan = SpherePlan.of(discs.centres, discs.radii, q, last)
         self._centre = self._frame.local(plan.centre).T.astype(np.float32)
         reach = plan.radius / self._frame.unit * (1.0 + 1e-5) + 2.0 * MARGIN
         self._reach = (reach * reach).astype(np.float32)

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from ..bounds import Bounds
-from ..checks import fill, number_within, unit_rows, vector
+from ..checks import fill, number_within, unit_vector, vector
 from ..errors import InvalidArrayError, InvalidSettingError
 from ..sampling import around, cosine_hemisphere, disc, spherical_rectangle
 from .aim import lit_rays, towards
@@ -82,7 +82,7 @@ class AreaLight:
     @cached_property
     def normal(self) -> np.ndarray:
         """Unit vector (3,) on the side that shines."""
-        return unit_rows(np.cross(self.edge_v, self.edge_u)[None, :], "The area light's normal")[0]
+        return unit_vector(np.cross(self.edge_v, self.edge_u), "The area light's normal")
 
     @property
     def sharp(self) -> bool:

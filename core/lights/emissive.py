@@ -77,7 +77,7 @@ class EmissiveTriangles:
 
     def rays_to(self, chosen: np.ndarray, points: np.ndarray, uniforms: np.ndarray) -> ShadowRays:
         """To places uniform on the ``chosen`` (K,) of the triangles, with the density of :meth:`shadow_rays`."""
-        places = np.einsum("pc,pcx->px", triangle(uniforms), self.corners.take(chosen, axis=0))
+        places = self._places(chosen, uniforms)
         directions, distances = towards(places - points)
         radiance, density = self._seen(chosen, directions, distances)
         return ShadowRays(directions, distances, radiance, density)
@@ -128,7 +128,8 @@ class EmissiveTriangles:
         The origins lie on the triangles themselves, to rounding.
         """
         flux = 2.0 * np.pi * self.shares[-1] / len(uniforms)
-        chosen, origins = self._places(uniforms)
+        chosen, first = choose(self.shares, uniforms[:, 0])
+        origins = self._places(chosen, np.stack([first, uniforms[:, 1]], axis=1))
         share = self._front.take(chosen)
         behind = uniforms[:, 2] >= share
         along = np.where(behind, uniforms[:, 2] - share, uniforms[:, 2]) / np.where(behind, 1.0 - share, share)
@@ -140,8 +141,6 @@ class EmissiveTriangles:
         directions = cosine_hemisphere(normals, np.stack([along, uniforms[:, 3]], axis=1))
         return Particles(origins, directions, flux * colours)
 
-    def _places(self, uniforms: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Triangles (P,) chosen by strength times area, and places (P, 3) uniform on them, by two of ``uniforms``."""
-        chosen, first = choose(self.shares, uniforms[:, 0])
-        weights = triangle(np.stack([first, uniforms[:, 1]], axis=1))
-        return chosen, np.einsum("pc,pcx->px", weights, self.corners.take(chosen, axis=0))
+    def _places(self, chosen: np.ndarray, uniforms: np.ndarray) -> np.ndarray:
+        """Places (K, 3) uniform on the ``chosen`` (K,) triangles."""
+        return np.einsum("pc,pcx->px", triangle(uniforms), self.corners.take(chosen, axis=0))

@@ -26,8 +26,9 @@ class Ball:
         """Whether the light has no extent."""
         return self.radius < SMALLEST_RADIUS
 
-    def rays(self, points: np.ndarray, uniforms: np.ndarray) -> ShadowRays:
-        """Shadow rays of a ball that shines alike in all directions."""
+    def shadow_rays(self, points: np.ndarray, uniforms: np.ndarray) -> ShadowRays:
+        """Of a ball that shines alike in all directions: uniform in the cone that it fills, or the disc of soft
+        falloff; all around inside of it."""
         if self.sharp:
             return rays_to_point(points, self.position, self.power)
         return rays_to_ball(points, self.position, self.power, self.radius, self.soft, uniforms)
@@ -59,10 +60,6 @@ class PointLight(Ball):
 
     def __post_init__(self):
         self.check("The point light")
-
-    def shadow_rays(self, points: np.ndarray, uniforms: np.ndarray) -> ShadowRays:
-        """Uniform in the cone that the sphere fills, or the disc of soft falloff; all around inside the sphere."""
-        return self.rays(points, uniforms)
 
     def flux(self, bounds: Bounds) -> np.ndarray:
         """Radiant flux (3,) in W."""

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from ..bounds import Bounds
-from ..checks import float_rows, number_within, unit_rows, vector
+from ..checks import float_rows, number_within, unit_vector
 from ..errors import InvalidArrayError
 from ..sampling import around, frames
 from .light import Particles, ShadowRays
@@ -57,7 +57,7 @@ class SpotLight(Ball):
 
     def shadow_rays(self, points: np.ndarray, uniforms: np.ndarray) -> ShadowRays:
         """The point light's, times what the cone lets through along each ray."""
-        rays = self.rays(points, uniforms)
+        rays = super().shadow_rays(points, uniforms)
         return replace(rays, radiance=rays.radiance * self._share(-rays.directions)[:, None])
 
     def flux(self, bounds: Bounds) -> np.ndarray:
@@ -116,7 +116,7 @@ def _own_space(axis) -> np.ndarray:
     """The lamp's matrix (3, 3) from its axis (3,) or its matrix; the size of it is of no account and taken out."""
     name = "The spot light's axis"
     if np.ndim(axis) < 2:
-        direction = unit_rows(vector(axis, name)[None, :], name)[0]
+        direction = unit_vector(axis, name)
         return np.stack([*frames(-direction), -direction], axis=1)
     matrix = float_rows(axis, name, 3, 3)
     matrix = matrix / max(np.abs(matrix).max(), np.finfo(float).tiny)

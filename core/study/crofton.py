@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..gatherers.sphere_cache import meets
+from ..gatherers.outer_spheres import Sphere, meeting
 from ..segments import Segments
 from .fields import uniform_lines, unit
 from .theory import share_through
@@ -12,11 +12,7 @@ from .theory import share_through
 
 def share_met(segments: Segments, centres: np.ndarray, radius: float) -> np.ndarray:
     """Share (K,) of ``segments`` that come as near as ``radius`` to each of ``centres`` (K, 3)."""
-    step = segments.ends - segments.origins
-    length = np.maximum((step * step).sum(axis=1), np.finfo(np.float64).tiny)
-    rays = np.concatenate([segments.origins.T, step.T, 1.0 / length[None]])
-    square = np.full((1, 1), radius**2)
-    return np.array([np.count_nonzero(meets(rays, c[:, None, None], square)) for c in centres]) / len(segments)
+    return np.array([len(meeting(segments, None, Sphere(c, radius))) for c in centres]) / len(segments)
 
 
 def ideal(lines: int, spheres: int = 40, radius: float = 0.1) -> dict:

@@ -1,11 +1,14 @@
 """What the study assumes: uniform lines through a ball, and points that fill it or lie on surfaces in it.
 
-And how far apart the points of scenes lie, in which the study counts."""
+And what it needs of scenes, such as how far apart their points lie, in which it counts."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
+from ..bounds import Bounds
 from ..discs import TangentDiscs
 from ..segments import Segments
 from ..space_filling import BITS, cube_side, morton_codes
@@ -72,3 +75,36 @@ def uniform_discs(kind: str, count: int, radius: float, generator: np.random.Gen
 def unit(rows: np.ndarray) -> np.ndarray:
     """``rows`` (N, 3) at length one."""
     return rows / np.linalg.norm(rows, axis=1)[:, None]
+
+
+@dataclass(frozen=True)
+class StudyScene:
+    """What the study needs of a scene.
+
+    name       shown in tables
+    triangles  how many
+    centres    (N, 3) metres and normals (N, 3) unit: the estimation points
+    radius     metres, what a bake of quality "preview" takes
+    segments   in the order they were traced
+    """
+
+    name: str
+    triangles: int
+    centres: np.ndarray
+    normals: np.ndarray
+    radius: float
+    segments: Segments
+
+    @property
+    def spacing(self) -> float:
+        """Distance between neighbouring points, metres."""
+        return mean_spacing(self.centres)
+
+    @property
+    def around(self) -> float:
+        """Radius of the sphere around all points and segments, r0 of Cauchy and Crofton, metres."""
+        return Bounds.of(np.concatenate([self.centres, self.segments.origins, self.segments.ends])).radius
+
+    def discs(self, radius: float) -> TangentDiscs:
+        """Whole discs of that ``radius``, as in the study."""
+        return TangentDiscs.of_radius(self.centres, self.normals, radius)

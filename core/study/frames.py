@@ -11,8 +11,7 @@ from ..discs import TangentDiscs
 from ..gatherers.outer_spheres import sphere_around
 from ..sampling import cosine_hemisphere
 from ..segments import Segments
-from .fields import mean_spacing, uniform_points
-from .scene import StudyScene
+from .fields import StudyScene, mean_spacing, uniform_points
 
 #: How far the object goes from frame to frame, in radii of the scene.
 STEP = 0.01
@@ -86,7 +85,8 @@ class MovingObject:
         """So many frames; a segment that meets the object ends on it and goes on elsewhere for what was left of it."""
         for number in range(count):
             centre = self.middle + [(number - 0.5 * count) * self.step, 0.0, 0.0]
-            discs = _joined(self.still, self.placed, centre)
+            placed = TangentDiscs(self.placed.centres + centre, self.placed.normals, self.placed.radii)
+            discs = TangentDiscs.joined([self.still, placed])
             gone, come = self._met(centre, np.random.default_rng((11, number)))
             kept = np.ones(len(self.segments), bool)
             kept[gone] = False
@@ -108,9 +108,3 @@ class MovingObject:
         onward = cosine_hemisphere(outward, generator.random((len(met), 2)))
         onward *= (1.0 - share) * np.sqrt(a[met, None])
         return gone, Segments.between(np.concatenate([origins, places]), np.concatenate([places, places + onward]))
-
-
-def _joined(still: TangentDiscs, placed: TangentDiscs, centre: np.ndarray) -> TangentDiscs:
-    """All discs, with the object at ``centre``."""
-    pairs = (still.centres, placed.centres + centre), (still.normals, placed.normals), (still.radii, placed.radii)
-    return TangentDiscs(*(np.concatenate(pair) for pair in pairs))

@@ -6,12 +6,11 @@ from functools import partial
 
 import numpy as np
 
-from ..discs import TangentDiscs
-from ..gatherers.disc_index import LEAF, DiscIndex
+from ..gatherers.disc_index import DiscIndex
 from ..gatherers.sphere_cache import SphereCache
 from .fields import KINDS, spacing, uniform_discs, uniform_lines
 from .measure import counted_and_timed, growth
-from .theory import SearchProblem, disc_index_tests, sphere_cache_tests
+from .theory import SearchProblem, search_tests
 
 #: Large discs, in radii of the ball, and others beside them.
 LARGE, OTHERS = 0.2, (0.1, 0.4)
@@ -47,16 +46,14 @@ def growth_rows(sizes: tuple[int, ...], lines: tuple[int, ...]) -> list[dict]:
                 discs = uniform_discs(kind, points, radius, generator)
                 segments = uniform_lines(count, generator)
                 for name, make in GATHERERS.items():
-                    case = {"gatherer": name, "discs": discs_are, "points": kind, "n_P": points, "n_R": count}
                     problem = SearchProblem(count, points, radius, 1.0 + radius, KINDS[kind])
-                    predicted = {"d": radius, "theory": theory(name, problem)}
-                    rows.append(case | predicted | _measured(make, discs, segments))
+                    counts, time = counted_and_timed(make(discs), segments)
+                    rows.append({
+                        "gatherer": name, "discs": discs_are, "points": kind, "n_P": points, "n_R": count, "d": radius,
+                        "theory": search_tests(name, problem), "work": counts["work"],
+                        "crossings": counts["crossings"], "seconds": time.processor,
+                    })  # fmt: skip
     return rows
-
-
-def _measured(make, discs: TangentDiscs, segments) -> dict:
-    counts, time = counted_and_timed(make(discs), segments, repeats=1)
-    return {"work": counts["work"], "crossings": counts["crossings"], "seconds": time.processor}
 
 
 def exponents(rows: list[dict]) -> dict:
@@ -73,15 +70,6 @@ def exponents(rows: list[dict]) -> dict:
     return result
 
 
-def theory(name: str, problem: SearchProblem) -> float:
-    """Comparisons by theory.py, whose exponents over the same finite sizes differ from the limits."""
-    if name == "sphere-cache":
-        return sum(sphere_cache_tests(problem, 0.62, 1.5 * problem.radius))
-    # The tree keeps discs apart by six sides; on a surface these lie apart anyway.
-    roots = 6 if problem.dimension > 2.5 else 1
-    return sum(disc_index_tests(problem, LEAF, "unbalanced" not in name, roots))
-
-
 def _slopes(rows: list[dict]) -> dict:
     least, most = min(row["n_R"] for row in rows), max(row["n_R"] for row in rows)
     points = [row for row in rows if row["n_R"] == most]
@@ -90,7 +78,7 @@ def _slopes(rows: list[dict]) -> dict:
     lines = [row for row in rows if row["n_P"] == middle and row["d"] not in OTHERS]
 
     def over(size: str, some: list[dict], value: str = "work") -> dict:
-        return growth([row[size] for row in some], [row[value] for row in some]).as_json()
+        return growth([row[size] for row in some], [row[value] for row in some])
 
     slopes = {
         "n_P": over("n_P", points), "n_P, theory": over("n_P", points, "theory"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,36 +19,18 @@ ENOUGH = 3.0
 _STUDENT = (12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23)
 
 
-@dataclass(frozen=True)
-class Timing:
-    """``wall`` and ``processor`` seconds, least or median of a few runs; processor seconds add up over the threads."""
+class Timing(NamedTuple):
+    """``wall`` and ``processor`` seconds; the latter add up over the threads."""
 
     wall: float
     processor: float
 
 
-@dataclass(frozen=True)
-class Slope:
-    """An exponent and the ends of its 95 % interval."""
-
-    exponent: float
-    low: float
-    high: float
-
-    def as_json(self) -> dict:
-        """For study.json."""
-        return {"exponent": round(self.exponent, 3), "interval": [round(self.low, 3), round(self.high, 3)]}
-
-
-def timed(action, repeats: int) -> Timing:
-    """Run ``action`` so often and keep the least times: what else the machine does only adds to them."""
-    walls, processors = [], []
-    for _ in range(max(1, repeats)):
-        wall, processor = time.perf_counter(), time.process_time()
-        action()
-        walls.append(time.perf_counter() - wall)
-        processors.append(time.process_time() - processor)
-    return Timing(min(walls), min(processors))
+def timed(action: Callable[[], object]) -> Timing:
+    """What one call of ``action`` takes."""
+    wall, processor = time.perf_counter(), time.process_time()
+    action()
+    return Timing(time.perf_counter() - wall, time.process_time() - processor)
 
 
 def in_turn(actions: dict[str, Callable[[], object]], repeats: int) -> dict[str, Timing]:
@@ -58,18 +40,17 @@ def in_turn(actions: dict[str, Callable[[], object]], repeats: int) -> dict[str,
     by the machine's speed measured just before and after, which is why such times can be compared. What takes long is
     not repeated.
     """
-    runs: dict[str, list[tuple[float, float]]] = {name: [] for name in actions}
+    runs: dict[str, list[np.ndarray]] = {name: [] for name in actions}
     spent = dict.fromkeys(actions, 0.0)
     slowness = [measured_machine().slowness]
     for _ in range(max(1, repeats)):
         for name, action in actions.items():
             if spent[name] > ENOUGH:
                 continue
-            took = timed(action, 1)
+            took = timed(action)
             slowness.append(measured_machine().slowness)
             spent[name] += took.wall
-            meanwhile = 0.5 * (slowness[-2] + slowness[-1])
-            runs[name].append((took.wall / meanwhile, took.processor / meanwhile))
+            runs[name].append(np.divide(took, 0.5 * (slowness[-2] + slowness[-1])))
     usual = float(np.median(slowness))
     return {name: Timing(*(usual * np.median(run, axis=0))) for name, run in runs.items()}
 
@@ -87,22 +68,23 @@ def counted(gatherer: Gatherer, segments: Segments) -> dict[str, int]:
     return {**totals, "work": totals["nodes"] + totals["listed"]}
 
 
-def counted_and_timed(gatherer: Gatherer, segments: Segments, repeats: int) -> tuple[dict[str, int], Timing]:
+def counted_and_timed(gatherer: Gatherer, segments: Segments) -> tuple[dict[str, int], Timing]:
     """Both at once: counting adds less to the time than the machine's moods do."""
-    counts: list[dict[str, int]] = []
-    time = timed(lambda: counts.append(counted(gatherer, segments)), repeats)
-    return counts[-1], time
+    counts: dict[str, int] = {}
+    time = timed(lambda: counts.update(counted(gatherer, segments)))
+    return counts, time
 
 
-def growth(sizes, values) -> Slope:
-    """The exponent e of values ~ sizes^e, three sizes or more, by least squares of the logarithms."""
+def growth(sizes, values) -> dict:
+    """The ``exponent`` e of values ~ sizes^e, three sizes or more, by least squares of the logarithms, and its 95 %
+    ``interval``."""
     x, y = np.log(np.asarray(sizes, float)), np.log(np.asarray(values, float))
     x -= x.mean()
     slope = float((x * y).sum() / (x * x).sum())
     rest = y - y.mean() - slope * x
     freedom = len(x) - 2
-    error = np.sqrt((rest**2).sum() / freedom / (x * x).sum()) * _STUDENT[min(freedom, len(_STUDENT)) - 1]
-    return Slope(slope, slope - float(error), slope + float(error))
+    error = float(np.sqrt((rest**2).sum() / freedom / (x * x).sum())) * _STUDENT[min(freedom, len(_STUDENT)) - 1]
+    return {"exponent": round(slope, 3), "interval": [round(slope - error, 3), round(slope + error, 3)]}
 
 
 def lowest(x, values) -> float:

@@ -9,11 +9,10 @@ import numpy as np
 
 from ..gatherers.disc_index import LEAF
 from ..gatherers.gatherer import Counts
-from .fields import uniform_discs, uniform_lines
+from .fields import StudyScene, uniform_discs, uniform_lines
 from .frame_ways import ALONE, WHOLE, Way
 from .frames import Frame, MovingObject
 from .measure import crossing
-from .scene import StudyScene
 from .theory import SearchProblem, best_q, disc_index_tests, outer_sphere_tests, share_through, sphere_cache_tests
 
 
@@ -26,7 +25,6 @@ class FramesExtent:
     frames: int = 6
     points: int = 20_000
     segments: int = 1 << 16
-    repeats: int = 1
 
 
 def uniform_scene(extent: FramesExtent) -> StudyScene:
@@ -54,13 +52,12 @@ def frame_rows(scene: StudyScene, size: float, share: float, extent: FramesExten
     frames = list(moving.frames(extent.frames))
     rows = []
     for discs_are, ways in (("all", WHOLE), ("moving", ALONE)):
-        times, work, crossings = _in_turn(ways, moving, frames, extent.repeats)
+        times, work, crossings = _in_turn(ways, moving, frames)
         for name in ways:
             rows.append({
                 "scene": scene.name, "discs": discs_are, "r/R": size, "on it": share, "n_P": len(frames[0].discs),
                 "moving": len(moving.placed), "n_R": len(moving.segments), "search": name,
-                "first": float(np.median([run[0] for run in times[name]])),
-                "each": float(np.median([run[1:] for run in times[name]])), "work": work[name],
+                "first": times[name][0], "each": float(np.median(times[name][1:])), "work": work[name],
                 "crossings": crossings[name],
             })  # fmt: skip
             if discs_are == "moving":
@@ -68,22 +65,17 @@ def frame_rows(scene: StudyScene, size: float, share: float, extent: FramesExten
     return rows
 
 
-def _in_turn(ways: dict[str, Way], moving: MovingObject, frames: list[Frame], repeats: int):
-    """Processor seconds of all frames for each run of each way, and comparisons and crossings of the last frame."""
-    times: dict[str, list[list[float]]] = {name: [] for name in ways}
-    work, crossings = {}, {}
-    for _ in range(repeats):
-        counts = {name: Counts() for name in ways}
-        running = {name: way(moving, frames, counts[name]) for name, way in ways.items()}
-        spent: dict[str, list[float]] = {name: [] for name in ways}
-        for _ in frames:
-            for name, way in running.items():
-                before, begin = _compared(counts[name]), time.process_time()
-                crossings[name] = next(way)
-                spent[name].append(time.process_time() - begin)
-                work[name] = _compared(counts[name]) - before
-        for name in ways:
-            times[name].append(spent[name])
+def _in_turn(ways: dict[str, Way], moving: MovingObject, frames: list[Frame]):
+    """Processor seconds of all frames for each way, and comparisons and crossings of the last frame."""
+    times, work, crossings = {name: [] for name in ways}, {}, {}
+    counts = {name: Counts() for name in ways}
+    running = {name: way(moving, frames, counts[name]) for name, way in ways.items()}
+    for _ in frames:
+        for name, way in running.items():
+            before, begin = _compared(counts[name]), time.process_time()
+            crossings[name] = next(way)
+            times[name].append(time.process_time() - begin)
+            work[name] = _compared(counts[name]) - before
     return times, work, crossings
 
 

@@ -9,8 +9,7 @@ from dataclasses import dataclass, field
 from ..errors import DetpError
 from ..machine import this_machine
 from . import crofton, growth, q_scan, quasi_static, searches
-from .fields import KINDS
-from .scene import StudyScene
+from .fields import KINDS, StudyScene
 
 
 @dataclass(frozen=True)
@@ -87,10 +86,10 @@ def run(
 def _q_tables(extent: Extent) -> tuple[list[dict], list[dict]]:
     rows, slack = [], []
     for kind in KINDS:
-        rows += q_scan.q_rows(kind, extent.q_points, extent.q_lines, repeats=1)
+        rows += q_scan.q_rows(kind, extent.q_points, extent.q_lines)
         # Unsorted walks need many times the tests, so fewer segments and points show it.
         few = (extent.q_points // 4, extent.q_lines // 8)
-        rows += q_scan.q_rows(kind, *few, repeats=1, sort=False, least=0.45, most=0.8)
+        rows += q_scan.q_rows(kind, *few, sort=False, least=0.45, most=0.8)
         slack += q_scan.slack_rows(kind, extent.q_points, extent.q_lines // 2)
     return rows, slack
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from functools import partial
 
-from ..gatherers.disc_index import LEAF, DiscIndex
+from ..gatherers.disc_index import DiscIndex
 from ..gatherers.gatherer import Gatherer
 from ..gatherers.sphere_cache import SphereCache
+from .fields import StudyScene
 from .measure import counted, crossing, in_turn
-from .scene import StudyScene
-from .theory import SearchProblem, disc_index_tests, sphere_cache_tests
+from .theory import SearchProblem, search_tests
 
 SEARCHES = {"disc-index": DiscIndex, "sphere-cache": SphereCache}
 
@@ -40,19 +40,10 @@ def scene_rows(scene: StudyScene, radius: float, segments: int, repeats: int) ->
     return [
         case | {
             "search": name, "build": building[name].wall, "seconds": searching[name].wall,
-            "processor": searching[name].processor, "theory": _theory(built[name], problem),
+            "processor": searching[name].processor, "theory": search_tests(name, problem) / len(some),
         } | {kind: value / len(some) for kind, value in counts[name].items() if kind != "segments"}
         for name in SEARCHES
     ]  # fmt: skip
-
-
-def _theory(gatherer: Gatherer, problem: SearchProblem) -> float:
-    """Comparisons of a segment by the study's formulas, as if light and points were uniform."""
-    if gatherer.name == "sphere-cache":
-        tests = sphere_cache_tests(problem, gatherer.q, gatherer.last_radius)
-    else:
-        tests = disc_index_tests(problem, LEAF)
-    return sum(tests) / problem.segments
 
 
 def agreement(rows: list[dict]) -> dict[str, int]:

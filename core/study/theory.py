@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..discs import TangentDiscs
+from ..gatherers.disc_index import LEAF
 from ..gatherers.sphere_plan import around
 
 #: Spheres that a walk along the Morton curve makes, over (r0 / (r - d))^D, for D = 2 and 3: each is centred where the
@@ -127,6 +128,16 @@ def disc_index_tests(
         * (1.0 if balanced else np.log2(max(problem.points, 2.0)))
     )
     return visits, float(problem.points * met[-1])
+
+
+def search_tests(name: str, problem: SearchProblem) -> float:
+    """All comparisons of the search of that ``name``, "sphere-cache", with the Q and the last sphere that it takes by
+    itself, "disc-index" or "disc-index, unbalanced"."""
+    if name == "sphere-cache":
+        return sum(sphere_cache_tests(problem, 0.62, 1.5 * problem.radius))
+    # The tree keeps discs apart by six sides; on a surface these lie apart anyway.
+    roots = 6 if problem.dimension > 2.5 else 1
+    return sum(disc_index_tests(problem, LEAF, "unbalanced" not in name, roots))
 
 
 def outer_sphere_tests(problem: SearchProblem, moving: float, step: float, q: float) -> float:

@@ -45,18 +45,11 @@ class Balls:
     def __len__(self) -> int:
         return len(self.radii)
 
-    def distances(self, places: np.ndarray) -> np.ndarray:
-        """Of ``places`` (N, 3) m from each centre over the ball's radius, the least of all balls (N,)."""
-        least = np.full(len(places), np.inf)
-        for centre, radius in zip(self.centres, self.radii, strict=True):
-            np.minimum(least, np.linalg.norm(places - centre, axis=1) / radius, out=least)
-        return least
-
-    def reach(self, places: np.ndarray, margin: np.ndarray) -> np.ndarray:
-        """Whether (N,) ``places`` (N, 3) m lie within ``margin`` (N,) m of a ball."""
+    def reach(self, places: np.ndarray, margin: np.ndarray | float, times: float = 1.0) -> np.ndarray:
+        """Whether (N,) ``places`` (N, 3) m lie within ``margin`` (N,) m of a ball of so many ``times`` its size."""
         near = np.zeros(len(places), bool)
         for centre, radius in zip(self.centres, self.radii, strict=True):
-            near |= np.linalg.norm(places - centre, axis=1) < radius + margin
+            near |= np.linalg.norm(places - centre, axis=1) < times * radius + margin
         return near
 
     def crossed(self, origins: np.ndarray, directions: np.ndarray, lengths: np.ndarray) -> np.ndarray:
@@ -64,11 +57,9 @@ class Balls:
         found = np.zeros(len(origins), bool)
         for centre, radius in zip(self.centres, self.radii, strict=True):
             way = centre - origins
-            along = np.clip(np.einsum("ij,ij->i", way, directions), 0.0, lengths)
-            found |= (
-                np.einsum("ij,ij->i", way, way) - along * (2.0 * np.einsum("ij,ij->i", way, directions) - along)
-                <= radius**2
-            )
+            ahead = np.einsum("ij,ij->i", way, directions)
+            along = np.clip(ahead, 0.0, lengths)
+            found |= np.einsum("ij,ij->i", way, way) - along * (2.0 * ahead - along) <= radius**2
         return found
 
 

@@ -9,13 +9,12 @@ from functools import cached_property
 import numpy as np
 
 from ..bake import Baking
-from ..bounds import Bounds
+from ..cluster.packing import KINDS as TRAVELLING
 from ..direct.emitters import Emitters
 from ..direct.lamp_light import LampLight
 from ..direct.learnt_choice import LearntChoice
 from ..direct.lit_scene import LitScene
 from ..direct.nearby_lamps import NearbyLamps
-from ..discs import TangentDiscs
 from ..estimator.estimate import IrradianceEstimate
 from ..estimator.standpoints import Standpoints
 from ..estimator.visible_area import VisibleArea, VisibleDiscs
@@ -24,13 +23,7 @@ from ..gather.records import Landings, RecordFinder
 from ..gather.reflected_light import ReflectedLight
 from ..gatherers.disc_index import DiscIndex
 from ..irradiance import Irradiance
-from ..lights.area import AreaLight
-from ..lights.environment import EnvironmentWorld
 from ..lights.light import Light
-from ..lights.point import PointLight
-from ..lights.spot import SpotLight
-from ..lights.sun import SunLight
-from ..lights.world import UniformWorld
 from ..photons.photon_journal import PhotonPaths
 from ..photons.photon_light import PhotonSearch
 from ..points import Points
@@ -195,7 +188,6 @@ class FirstBake:
 
 #: classes of what is kept
 KINDS = (
-    AreaLight, BakeResult, BakeSettings, Bounds, EnvironmentWorld, FirstBake, FirstRecords, Irradiance,
-    IrradianceEstimate, Landings, LearntLamps, PhotonPaths, PhotonSearch, PointLight, Points, RecordFinder, Scene,
-    Segments, Settled, SpotLight, Standpoints, SunLight, TangentDiscs, UniformWorld, VisibleArea, VisibleDiscs,
+    *TRAVELLING, BakeResult, FirstBake, FirstRecords, Irradiance, IrradianceEstimate, Landings, LearntLamps,
+    PhotonPaths, PhotonSearch, RecordFinder, Segments, Settled, VisibleArea, VisibleDiscs,
 )  # fmt: skip

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -29,6 +29,7 @@ from ..random_streams import random_stream
 from ..rays import RayCaster
 from ..refinement import FEW, TIMES, far_off
 from ..result import BakeResult, Progress
+from ..rows import Rows
 from ..scene import Scene
 from ..settings import BakeSettings
 from ..stages import Stopwatch, collected
@@ -67,8 +68,8 @@ class BakeSession:
     NotUpdatableError for scenes with metals or glass.
     Of more than ``limit`` bytes of light paths none is kept, and there is no update.
 
-    Attribute ``effort``: rays that the last update cast from points that were found anew, over those of all points in
-    the first bake.
+    Attributes: its ``settings``, and ``effort``, rays that the last update cast from points that were found anew, over
+    those of all points in the first bake.
     """
 
     def __init__(self, scene: Scene, points: Points, settings: BakeSettings, limit: int = LIMIT):
@@ -81,7 +82,7 @@ class BakeSession:
             raise InvalidSettingError("A bake with a limited distance of shadows cannot be updated.")
         if scene.specular is not None:
             raise NotUpdatableError(SPECULAR)
-        self._scene, self._points, self._settings = scene, points, settings
+        self._scene, self._points, self.settings = scene, points, settings
         self._journal = PhotonJournal(limit)
         self._first: FirstBake | None = None
         self._dark = False
@@ -102,11 +103,11 @@ class BakeSession:
 
     def bake(self, fit: VertexFit | None = None, crew: Crew | None = None) -> Stage:
         """The first bake, as :func:`..bake.bake` does it; the light is the same."""
-        work = Baking(self._scene, self._points, self._settings, fit, crew, self._journal)
+        work = Baking(self._scene, self._points, self.settings, fit, crew, self._journal)
         result = yield from work.stages()
         self._dark = not work.gathers
         if not (self._journal.full or self._dark):
-            given = self._scene, self._points, self._settings
+            given = self._scene, self._points, self.settings
             self._first = FirstBake.of(*given, work, self._journal.paths(), result)
         return result
 
@@ -168,38 +169,34 @@ class _Update:
         self._same = same_points(first.points, self._points)
 
     def steps(self) -> Stage:
-        first, timed = self._first, self._stopwatch.timed
-        yield Progress("Looking for what changed", 0.0)
-        anew = yield from during("Looking for what changed", 0.0, timed("shadow", self._to_find_anew()))
-        yield Progress("Placing the points", 0.05)
+        first = self._first
+        anew = yield from self._stage("Looking for what changed", 0.0, "shadow", self._to_find_anew())
         if len(self._changes.balls) == 0 and np.array_equal(self._same, np.arange(len(first.points))):
             return self._in_scale(replace(first.result, seconds=self._stopwatch.seconds))
         rows = np.flatnonzero(anew)
-        places = yield from during("Placing the points", 0.05, timed("place", self._stand(rows)))
-        yield Progress("Tracing photons", 0.1)
+        places = yield from self._stage("Placing the points", 0.05, "place", self._stand(rows))
         records = ChangedRecords(first, self._lit, self._changes)
-        tracing = records.trace()
-        yield from during("Tracing photons", 0.1, timed("trace", tracing))
-        yield Progress("Placing the records", 0.2)
+        yield from self._stage("Tracing photons", 0.1, "trace", records.trace())
         kept = first.wanted.taken(np.unique(self._same[~anew]))
         placing = records.place(kept, places, self._points.facing[rows])
-        yield from during("Placing the records", 0.2, timed("place", placing))
-        yield Progress("Lighting the records", 0.3)
-        yield from during("Lighting the records", 0.3, timed("gather", records.light()))
-        yield Progress("Casting rays", 0.5)
-        casting = self._find_anew(rows, places, records)
-        found = yield from during("Casting rays", 0.5, timed("shadow", casting))
-        yield Progress("Gathering", 0.7)
-        more = yield from during("Gathering", 0.7, timed("gather", self._differences(records, ~anew)))
+        yield from self._stage("Placing the records", 0.2, "place", placing)
+        yield from self._stage("Lighting the records", 0.3, "gather", records.light())
+        found = yield from self._stage("Casting rays", 0.5, "shadow", self._find_anew(rows, places, records))
+        more = yield from self._stage("Gathering", 0.7, "gather", self._differences(records, ~anew))
         yield Progress("Fitting the values", 0.95)
         return self._joined(anew, places, found, more)
+
+    def _stage(self, phase: str, share: float, kind: str, work: Generator) -> Generator[Progress, None, Any]:
+        """Do the ``work``, whose time counts for that ``kind``; returns what it returns."""
+        yield Progress(phase, share)
+        return (yield from during(phase, share, self._stopwatch.timed(kind, work)))
 
     def _to_find_anew(self) -> Generator[None, None, np.ndarray]:
         """Which points (N,) are new, near to what changed, see much of it, or are in light that comes straight from a
         light and changed."""
         first, balls = self._first, self._changes.balls
         anew = self._same < 0
-        anew |= balls.distances(self._points.centres) < NEAR
+        anew |= balls.reach(self._points.centres, 0.0, NEAR)
         if len(balls) == 0:
             return anew
         lamps, group = first.nearby_lamps, first.wanted.group[self._same]
@@ -296,36 +293,33 @@ class _Update:
 
     def _joined(self, anew: np.ndarray, places: Standpoints | None, found, more) -> BakeResult:
         first, olds = self._first, self._same[~anew]
-        lights, more = [], (*more, more[0] + more[1])
-        for number, light in enumerate((first.result.direct, first.result.indirect, first.by_rays)):
-            value, error = np.zeros((2, len(anew), 3))
-            known = light.taken(olds) + more[number]
-            value[~anew], error[~anew] = known.value, known.standard_error
-            if found is not None:
-                value[anew], error[anew] = found[number].value, found[number].standard_error
-            lights.append(Irradiance(value, error))
-        stood = {}
-        for name in ("open", "coarse", "enclosed"):
-            old = getattr(first.places, name)
-            stood[name] = np.zeros(len(anew), old.dtype)
-            stood[name][~anew] = old[olds]
-            if places is not None:
-                stood[name][anew] = getattr(places, name)
+
+        order = np.empty(len(anew), np.int64)
+        order[~anew], order[anew] = np.arange(len(olds)), np.arange(len(olds), len(anew))
+
+        def merged(kept: Rows, come: Rows | None) -> Rows:
+            """Of all points what is ``kept`` of some, and what has ``come`` of those that were found anew."""
+            return (kept if come is None else type(kept).joined([kept, come])).taken(order)
+
+        more = (*more, more[0] + more[1])
+        before = (each.taken(olds) for each in (first.result.direct, first.result.indirect, first.by_rays))
+        lights = [merged(old + change, new) for old, change, new in zip(before, more, found or 3 * [None], strict=True)]
+        stood = merged(first.places.taken(olds), places)
         seen, settled = lights[0] + lights[1], first.settled
-        hidden = hidden_points(np.zeros(len(anew), bool), stood.pop("enclosed"), seen.value)
+        hidden = hidden_points(np.zeros(len(anew), bool), stood.enclosed, seen.value)
         if self._fit is not None:
             if settled is not None:
                 beyond = np.zeros(len(anew), bool)
                 beyond[~anew] = np.abs(more[2].value).sum(axis=1) > seen.standard_error[~anew].sum(axis=1)
                 settled = self._fit.among(settled, self._same, anew | beyond)
             shown = ShownErrors(self._fit, settled)
-            seen = shown.seen(seen, np.where(hidden, 0.0, stood["open"]), lights[2])
+            seen = shown.seen(seen, np.where(hidden, 0.0, stood.open), lights[2])
             settled = shown.settled
         seconds = self._stopwatch.seconds
         doubtful = np.where(self._same >= 0, first.result.doubtful.take(self._same), seen.doubtful)
         light = {"direct": lights[0], "indirect": lights[1], "seen": seen, "doubtful": doubtful, "settled": settled}
-        found = replace(first.result, **light, hidden=hidden, **stood, seconds=seconds)
-        return self._in_scale(found)
+        light |= {"hidden": hidden, "open": stood.open, "coarse": stood.coarse}
+        return self._in_scale(replace(first.result, **light, seconds=seconds))
 
     def _in_scale(self, found: BakeResult) -> BakeResult:
         """What was ``found`` of lights as strong as in the first bake, of lights as strong as they are."""

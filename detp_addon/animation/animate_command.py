@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from ...core.errors import InvalidSettingError
-from ..command.bake_options import add_how, add_what, bake_settings
+from ..command.bake_command import add_how, add_what, bake_settings
 from .frames import Frames
 
 _RANGE = re.compile(r"(-?\d+)(?:-|\.\.|:)(-?\d+)")

@@ -23,7 +23,8 @@ Key = tuple[str, str | None]
 class BakedFrames:
     """What frames have brought: rgb (M, 3) of each by object, None where it was not there; and what is to be said.
 
-    ``whole`` counts the frames that were no updates, by the reason.
+    Those that are ``still`` have light of their own at the first frame alone. ``whole`` counts the frames that were no
+    updates, by the reason.
     """
 
     attribute: str
@@ -34,6 +35,7 @@ class BakedFrames:
     count: int = 0
     scale: float | None = None
     dark: set[int] = field(default_factory=set)
+    still: set[Key] = field(default_factory=set)
     whole: Counter[str] = field(default_factory=Counter)
 
     def take(self, found: FoundLight, colours: Sequence[MeshColours], warnings: Sequence[str]) -> None:
@@ -57,10 +59,6 @@ class BakedFrames:
         for values in self.colours.values():
             values.append(None)
 
-    def count_whole(self, reasons: Sequence[str]) -> None:
-        """The frame that was added last was baked as a whole for these ``reasons``, or is an update without any."""
-        self.whole.update(set(reasons))
-
     def whole_frames(self) -> list[str]:
         """A sentence for each of the reasons."""
         all_frames = counted(self.count, "frame")
@@ -80,8 +78,8 @@ class BakedFrames:
         return [f"The faces of {some(names)} change over the frames, so {'it' if len(names) == 1 else 'they'} cannot "
                 f"play light: bake a frame of them alone, or let only their vertices move."]  # fmt: skip
 
-    def entries(self, still: set[Key]) -> tuple[list[MeshColours], dict[bpy.types.Object, np.ndarray]]:
-        """The colours of each object at the first frame, and of those that are not ``still`` the rgb (K, M, 3) of all.
+    def entries(self) -> tuple[list[MeshColours], dict[bpy.types.Object, np.ndarray]]:
+        """The colours of each object at the first frame, and of those that are not still the rgb (K, M, 3) of all.
 
         Where an object was not there, it has the light of the frame before, or of the first in which it was.
         They go from here, since all frames of all objects are much. Raises NoMeshError without any object.
@@ -93,9 +91,9 @@ class BakedFrames:
             if obj is None or any(len(rgb) != len(known[0]) for rgb in known):
                 self.warnings[f"'{key[0]}' was changed during the bake, so its colours were not written."] = None
                 continue
-            first = np.zeros_like(known[0]) if 0 in self.dark and key not in still else known[0]
+            first = np.zeros_like(known[0]) if 0 in self.dark and key not in self.still else known[0]
             entries.append(MeshColours(obj, {self.attribute: first}))
-            if key not in still:
+            if key not in self.still:
                 last, filled = known[0], []
                 for number, rgb in enumerate(frames):
                     last = last if rgb is None else rgb

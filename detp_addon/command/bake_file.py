@@ -7,7 +7,6 @@ import traceback
 from collections.abc import Generator
 from contextlib import closing
 from dataclasses import replace
-from typing import Protocol
 
 from ...core.errors import DetpError, InvalidSettingError
 from ...core.memory import keep_memory, memory_errors_named
@@ -23,30 +22,21 @@ from ..mixing.light_groups import likely_bake
 from ..preview.render_preview import render_preview
 from ..report import BakeReport
 from ..request import BakeRequest
-from ..steps import JobProgress
 from ..writing.encoding import Encoding
 from ..writing.face_division import divide_faces, division_note, most_vertices
 from ..writing.modifiers import apply_modifiers
-from .bake_options import bake_settings
+from .bake_command import bake_settings
 from .blender_output import blender_silenced
 from .jobs import BAKED, FORESEEN, Outcome, SceneJob, failed, light_options, previews_of, skipped
 from .kept_output import KeptOutput
+from .part import Messages
+from .progress import ProgressDisplay
+
+#: where progress and lines go: a terminal, or the process that started this one
+Display = ProgressDisplay | Messages
 
 #: Of the time that a bake may take, so much for those that tell which faces to divide.
 ROUGH_SHARE = 0.5
-
-
-class Display(Protocol):
-    """Where progress and lines go: a terminal, or the process that started this one."""
-
-    def show(self, title: str, progress: JobProgress) -> None:
-        """Show where the bake called ``title`` stands."""
-
-    def line(self, text: str) -> None:
-        """Print a line for people."""
-
-    def complain(self, text: str) -> None:
-        """Print a line on a fault, which is seen even where all others are not wanted."""
 
 
 def bake_file(job: SceneJob, options: dict, display: Display, drawn: list[dict] | None = None) -> Outcome:
@@ -88,16 +78,11 @@ def bake_request(options: dict) -> BakeRequest:
     return BakeRequest(
         settings=bake_settings(options),
         targets=tuple(options["objects"]) if options["objects"] else "visible",
-        attribute=options["attribute"],
         domain=options["domain"].upper(),
-        fit=options["fit"],
-        quantity=options["quantity"],
-        split=options["split"],
-        by_light=options["by_light"],
         activate=options["activate"] == "on",
         encoding=Encoding(options["exposure"], options["clamp"], options["storage"]),
-        cluster=options["cluster"],
         beside=options["jobs"],
+        **{name: options[name] for name in ("attribute", "fit", "quantity", "split", "by_light", "cluster")},
     )
 
 
@@ -177,7 +162,6 @@ def _save(job: SceneJob, content: str, compressed: bool, reports: dict[View, Bak
 def _foreseen(job: SceneJob, request: BakeRequest, choice: ViewChoice) -> list[dict]:
     """An entry for each scene of the file with how long its bake will take, and how well it will turn out."""
     begin = time.perf_counter()
-    check_readable(job.scene)
     with blender_silenced():
         open_blend(job.scene)
     # It will be opened once more, and saved.
@@ -216,8 +200,8 @@ def _subdivided(
         if before is None:
             before, most = report.lossy_faces.whole, most_vertices(report.lossy_faces)
         with blender_silenced():
-            division = divide_faces(report.lossy_faces, most // left)
-        faces, objects, most = faces + division.faces, max(objects, division.objects), most - division.vertices
+            divided, among, added = divide_faces(report.lossy_faces, most // left)
+        faces, objects, most = faces + divided, max(objects, among), most - added
     return None if before is None else (faces, objects, before)
 
 

@@ -15,8 +15,7 @@ from ..animation.animate_command import add_bake_animation
 from ..mixing.mix_command import add_mix
 from ..study.command import add_study
 from ..tradeoff.command import add_tradeoff
-from .bake_command import run_bake
-from .bake_options import add_bake
+from .bake_command import add_bake
 from .interrupts import end_on_signals
 from .part import add_part
 from .terminal import complain, escaped
@@ -70,7 +69,7 @@ def _parser() -> argparse.ArgumentParser:
         prog="detp", description="Bake global illumination into vertex colours of Blender scenes.", epilog=_EPILOG
     )
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
-    add_bake(commands, run_bake, _EPILOG)
+    add_bake(commands, _EPILOG)
     add_bake_animation(commands)
     add_part(commands)
     add_mix(commands)

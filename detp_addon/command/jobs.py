@@ -32,24 +32,16 @@ class Batch:
     """Scenes to bake alike, and where the report of all goes if one is wanted.
 
     options     of the command, by name; all are text, numbers, or lists of them
-    processes   that bake at a time
-    limit       seconds after which the bake of a file is given up
-    resume      whether outputs that are there already, of the same content and options, are kept
     """
 
     jobs: tuple[SceneJob, ...]
     options: dict
     report: Path | None = None
-    quiet: bool = False
-    processes: int = 1
-    limit: float | None = None
-    resume: bool = False
-    dry_run: bool = False
 
     @property
     def apart(self) -> bool:
         """Whether each file needs a process of its own, so that what ends one ends no other."""
-        return len(self.jobs) > 1 or self.limit is not None
+        return len(self.jobs) > 1 or self.options["time_limit"] is not None
 
 
 @dataclass(frozen=True)

@@ -60,7 +60,7 @@ def outcomes_apart(batch: Batch) -> Iterator[tuple[int, JobProgress | Ended]]:
     """
     events: queue.SimpleQueue = queue.SimpleQueue()
     left = threading.Event()
-    pool = ThreadPoolExecutor(batch.processes, thread_name_prefix="files")
+    pool = ThreadPoolExecutor(batch.options["jobs"], thread_name_prefix="files")
 
     def work(number: int) -> None:
         if left.is_set():
@@ -113,17 +113,17 @@ def _baked_apart(job: SceneJob, batch: Batch, tell) -> Ended:
         check_readable(job.scene)
     except DetpError as error:
         return Ended(failed(job, str(error)))
-    entries = done_before(job, batch.options) if batch.resume else None
-    if entries is not None and (batch.dry_run or all(path.exists() for path in previews_of(job, entries))):
+    entries = done_before(job, batch.options) if batch.options["resume"] else None
+    if entries is not None and (batch.options["dry_run"] or all(path.exists() for path in previews_of(job, entries))):
         return Ended(skipped(entries))
     paths = {name: None if path is None else str(path) for name, path in vars(job).items()}
     message = json.dumps({**paths, "options": batch.options, "drawn": entries})
-    ended = Ended()
+    ended, limit = Ended(), batch.options["time_limit"]
     with tempfile.TemporaryFile() as words:
-        status, late = _talk(_started(job, words), message, batch.limit, ended, tell)
+        status, late = _talk(_started(job, words), message, limit, ended, tell)
         if ended.outcome is None:
             _sweep_after(job)
-            why = f"It took longer than {batch.limit:g} s, and was given up." if late else _why(status, words)
+            why = f"It took longer than {limit:g} s, and was given up." if late else _why(status, words)
             # It may have been at the picture already.
             ended.outcome = failed(job, why, done_before(job, batch.options) or ())
     ended.outcome = replace(ended.outcome, seconds=time.monotonic() - begin)

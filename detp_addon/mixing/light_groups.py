@@ -11,6 +11,7 @@ import numpy as np
 
 from ...core.forecast import Forecast, forecast
 from ...core.scene import Scene
+from ...core.sides import any_side
 from ..reading.read_scene import WORLD, ExportedScene
 from ..request import BakeRequest
 from ..wording import counted
@@ -98,10 +99,8 @@ def likely_groups(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> in
 
 def _shining_groups(export: ExportedScene) -> list[str]:
     """The light groups, "" for none, of the triangles that shine."""
-    emission, origins = export.scene.emission, export.origins
-    shines = emission.any(axis=-1)
-    rows = np.unique(origins.emission[shines if shines.ndim == 1 else shines.any(axis=0)])
-    return [origins.groups[row] for row in rows]
+    origins = export.origins
+    return [origins.groups[row] for row in np.unique(origins.emission[any_side(export.scene.emission)])]
 
 
 def _by_lamp(export: ExportedScene, shines: bool) -> tuple[list[Hashable], list[str]]:

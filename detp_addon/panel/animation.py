@@ -13,7 +13,7 @@ from . import session
 from .forecasts import forecast_of
 from .idle import Idle
 from .operators import BakeRunner
-from .panel import SidebarTab, settings_column
+from .panel import SidebarTab, fields, settings_column
 from .properties import BakeOptions, Flag, Whole, attribute_name, bake_request, scene_options
 
 
@@ -49,7 +49,6 @@ class DETP_OT_bake_animation(FrameOptions, BakeOptions, BakeRunner, bpy.types.Op
 
     bl_idname = "detp.bake_animation"
     bl_label = "Bake Animation"
-    bl_options = {"REGISTER", "UNDO"}
 
     def _wants_live(self, _context) -> bool:
         return False  # one frame's light would be shown on another frame's scene
@@ -76,13 +75,10 @@ class DETP_OT_remove_animation(Idle, bpy.types.Operator):
 
     bl_idname = "detp.remove_animation"
     bl_label = "Remove Animation"
-    bl_options = {"REGISTER", "UNDO"}
 
-    def execute(self, context):
-        """The modifiers and the key frames go."""
+    def _act(self, context):
         count = remove_playback(context.scene.objects, attribute_name(context.scene.detp))
         self.report({"INFO"}, f"Removed the animation from {counted(count, 'object')}.")
-        return {"FINISHED"}
 
 
 class DETP_OT_mark_moving(Idle, bpy.types.Operator):
@@ -90,7 +86,6 @@ class DETP_OT_mark_moving(Idle, bpy.types.Operator):
 
     bl_idname = "detp.mark_moving"
     bl_label = "Mark as Moving"
-    bl_options = {"REGISTER", "UNDO"}
 
     moving: EnumProperty(
         name="Moving",
@@ -103,14 +98,12 @@ class DETP_OT_mark_moving(Idle, bpy.types.Operator):
         default="YES",
     )
 
-    def execute(self, context):
-        """Kept as a custom property of each object."""
+    def _act(self, context):
         for obj in context.selected_objects:
             if self.moving != "AUTO":
                 obj[MOVING] = self.moving == "YES"
             elif MOVING in obj:
                 del obj[MOVING]
-        return {"FINISHED"}
 
 
 class DETP_PT_animation(SidebarTab, bpy.types.Panel):
@@ -124,12 +117,7 @@ class DETP_PT_animation(SidebarTab, bpy.types.Panel):
         """Which frames; then the buttons, and what it will take."""
         scene, settings = context.scene, context.scene.detp_animation
         column = settings_column(self.layout)
-        column.prop(settings, "own_range")
-        if settings.own_range:
-            column.prop(settings, "first")
-            column.prop(settings, "last")
-        column.prop(settings, "every")
-        column.prop(settings, "moving_only")
+        fields(column, settings, f"own_range {'first last' if settings.own_range else ''} every moving_only")
         if settings.moving_only and context.object is not None:
             _draw_moving(column, context.object)
         column.prop(settings, "whole")

@@ -4,15 +4,16 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ..updates import latest_kept
-from . import live_updates, session
+from . import session
 from .forecasts import forget_unsaved
+from .live_updates import follower
 from .mixer import follow_mixture
 from .show_light import follow_light
 
 
 @persistent
 def _before_load(*_args):
-    live_updates.stop()
+    follower.stop()
     session.cancel_running("The bake was cancelled because another file was opened.")
 
 
@@ -42,26 +43,20 @@ def _before_undo(*_args):
 @persistent
 def _after_undo(*_args):
     follow_light()
-    live_updates.see_change()
+    follower.see_change()
 
 
-def _pairs():
-    handlers = bpy.app.handlers
-    return (
-        (handlers.load_pre, _before_load),
-        (handlers.load_post, _after_load),
-        (handlers.save_post, _after_save),
-        (handlers.undo_pre, _before_undo),
-        (handlers.redo_pre, _before_undo),
-        (handlers.undo_post, _after_undo),
-        (handlers.redo_post, _after_undo),
-    )
+#: by the name of Blender's list
+_FOLLOWED = {
+    "load_pre": _before_load, "load_post": _after_load, "save_post": _after_save, "undo_pre": _before_undo,
+    "redo_pre": _before_undo, "undo_post": _after_undo, "redo_post": _after_undo,
+}  # fmt: skip
 
 
 def register_handlers() -> None:
     """Follow file loads, saves and undo."""
-    for handlers, handler in _pairs():
-        handlers.append(handler)
+    for name, handler in _FOLLOWED.items():
+        getattr(bpy.app.handlers, name).append(handler)
 
 
 def unregister_handlers() -> None:
@@ -70,5 +65,5 @@ def unregister_handlers() -> None:
     session.forget()
     latest_kept.forget()
     forget_unsaved()
-    for handlers, handler in _pairs():
-        handlers.remove(handler)
+    for name, handler in _FOLLOWED.items():
+        getattr(bpy.app.handlers, name).remove(handler)

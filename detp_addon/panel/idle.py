@@ -6,7 +6,9 @@ from . import session
 
 
 class Idle:
-    """Works while no bake runs, and says why it could not."""
+    """An operator that works while no bake runs, and says why it could not: what it does is its ``_act``."""
+
+    bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
     def poll(cls, context):
@@ -15,6 +17,14 @@ class Idle:
             cls.poll_message_set("A bake is running: wait for it, or cancel it")
             return False
         return context.scene is not None
+
+    def execute(self, context):
+        """Act; what a user can mend is reported."""
+        try:
+            self._act(context)
+        except DetpError as error:
+            return self.refused(error)
+        return {"FINISHED"}
 
     def refused(self, error: DetpError) -> set[str]:
         """Report what a user can mend; the operator's answer."""

@@ -49,6 +49,11 @@ class _Follower:
         else:
             self._cancel("The update was cancelled, since updates while moving were switched off.")
 
+    def stop(self) -> None:
+        """Follow no more: another file is opened, or the add-on ends."""
+        self.switch(False)
+        self.why_not = ""
+
     def see_change(self) -> None:
         """The scene is another: what was found of it so far is old."""
         if self.on and not self._working:
@@ -104,27 +109,16 @@ class _Follower:
             self.bake = None
 
 
-_follower = _Follower()
-
-
-def see_change() -> None:
-    """Note that the scene was changed."""
-    _follower.see_change()
-
-
-def stop() -> None:
-    """Follow no more: another file is opened, or the add-on ends."""
-    _follower.switch(False)
-    _follower.why_not = ""
+follower = _Follower()
 
 
 def _tick() -> float | None:
-    if not _follower.on:
+    if not follower.on:
         return None
     try:
-        return _follower.tick()
+        return follower.tick()
     except BaseException:
-        _follower.switch(False)
+        follower.switch(False)
         raise
 
 
@@ -138,7 +132,7 @@ def _user_is_busy() -> bool:
 @persistent
 def _after_evaluation(_scene, depsgraph):
     if any(u.is_updated_transform or u.is_updated_geometry or u.is_updated_shading for u in depsgraph.updates):
-        _follower.see_change()
+        follower.see_change()
 
 
 def register_live_updates() -> None:
@@ -147,16 +141,16 @@ def register_live_updates() -> None:
         name="Update While Moving",
         description="Update the light by itself once nothing has been changed for a moment. "
         "It ends by itself where the window would stand still for long",
-        get=lambda _manager: _follower.on,
-        set=lambda _manager, on: _follower.switch(on),
+        get=lambda _manager: follower.on,
+        set=lambda _manager, on: follower.switch(on),
     )
-    bpy.types.WindowManager.detp_live_note = bpy.props.StringProperty(get=lambda _manager: _follower.why_not)
+    bpy.types.WindowManager.detp_live_note = bpy.props.StringProperty(get=lambda _manager: follower.why_not)
     bpy.app.handlers.depsgraph_update_post.append(_after_evaluation)
 
 
 def unregister_live_updates() -> None:
     """Take both away."""
-    stop()
+    follower.stop()
     if bpy.app.timers.is_registered(_tick):
         bpy.app.timers.unregister(_tick)
     bpy.app.handlers.depsgraph_update_post.remove(_after_evaluation)

@@ -64,12 +64,10 @@ class DETP_OT_find_lights(Idle, bpy.types.Operator):
 
     bl_idname = "detp.find_lights"
     bl_label = "Find Light Groups"
-    bl_options = {"REGISTER", "UNDO"}
 
-    def execute(self, context):
-        """Needed after layers came from elsewhere, or the panel's attribute was changed."""
+    def _act(self, context):
+        # Needed after layers came from elsewhere, or the panel's attribute was changed.
         follow_mixture(context.scene)
-        return {"FINISHED"}
 
 
 class DETP_OT_reset_mix(Idle, bpy.types.Operator):
@@ -77,17 +75,11 @@ class DETP_OT_reset_mix(Idle, bpy.types.Operator):
 
     bl_idname = "detp.reset_mix"
     bl_label = "Reset Mix"
-    bl_options = {"REGISTER", "UNDO"}
 
-    def execute(self, context):
-        """All at once."""
+    def _act(self, context):
         scene, attribute = context.scene, attribute_name(context.scene.detp)
-        try:
-            mix(scene.objects, attribute, dict.fromkeys(gains_of(scene.objects, attribute), (1.0, 1.0, 1.0)))
-        except DetpError as error:
-            return self.refused(error)
+        mix(scene.objects, attribute, dict.fromkeys(gains_of(scene.objects, attribute), (1.0, 1.0, 1.0)))
         follow_mixture(scene)
-        return {"FINISHED"}
 
 
 class DETP_PT_mixer(SidebarTab, bpy.types.Panel):

@@ -184,7 +184,6 @@ class DETP_OT_bake(BakeOptions, BakeRunner, bpy.types.Operator):
 
     bl_idname = "detp.bake"
     bl_label = "Bake Vertex Light"
-    bl_options = {"REGISTER", "UNDO"}
 
 
 class DETP_OT_cancel(bpy.types.Operator):
@@ -244,12 +243,11 @@ class DETP_OT_copy_report(bpy.types.Operator):
     @classmethod
     def poll(cls, _context):
         """Only after a finished bake."""
-        bake = session.latest()
-        return bake is not None and bake.outcome is not None and bake.outcome.report is not None
+        return session.report() is not None
 
     def execute(self, context):
         """The same lines as the command line prints."""
-        report = session.latest().outcome.report
+        report = session.report()
         context.window_manager.clipboard = "\n".join([report.headline(), *report.details()]) + "\n"
         return {"FINISHED"}
 
@@ -257,11 +255,12 @@ class DETP_OT_copy_report(bpy.types.Operator):
 class _OnWrongFaces:
     """What works on the faces that the last bake named."""
 
+    bl_options = {"REGISTER", "UNDO"}
+
     @classmethod
     def poll(cls, _context):
         """After a bake that named some, and while none runs."""
-        bake = session.latest()
-        report = bake.outcome.report if bake is not None and bake.outcome is not None else None
+        report = session.report()
         return report is not None and bool(len(report.lossy_faces.faces))
 
 
@@ -270,11 +269,10 @@ class DETP_OT_select_faces(_OnWrongFaces, bpy.types.Operator):
 
     bl_idname = "detp.select_faces"
     bl_label = "Select Faces"
-    bl_options = {"REGISTER", "UNDO"}
 
     def execute(self, context):
         """And their objects, of which the last becomes the active one."""
-        count = select_faces(session.latest().outcome.report.lossy_faces.wrong, context)
+        count = select_faces(session.report().lossy_faces.wrong, context)
         self.report({"INFO"}, f"Selected {counted(count, 'face')}.")
         return {"FINISHED"}
 
@@ -284,15 +282,13 @@ class DETP_OT_divide_faces(_OnWrongFaces, bpy.types.Operator):
 
     bl_idname = "detp.divide_faces"
     bl_label = "Subdivide Where Light Changes"
-    bl_options = {"REGISTER", "UNDO"}
 
     def execute(self, _context):
         """The faces get other numbers, so the bake is forgotten."""
-        lossy = session.latest().outcome.report.lossy_faces
-        done = divide_faces(lossy, most_vertices(lossy))
+        lossy = session.report().lossy_faces
+        faces, objects, _ = divide_faces(lossy, most_vertices(lossy))
         session.forget()
-        faces, objects = counted(done.faces, "face"), counted(done.objects, "object")
-        self.report({"INFO"}, f"Divided {faces} of {objects}: bake again.")
+        self.report({"INFO"}, f"Divided {counted(faces, 'face')} of {counted(objects, 'object')}: bake again.")
         return {"FINISHED"}
 
 

@@ -46,8 +46,7 @@ class _Bake:
         column.prop(settings, "quality")
         if settings.quality in ("ERROR", "TIME"):
             column.prop(settings, {"ERROR": "error", "TIME": "seconds"}[settings.quality], text=" ")
-        column.prop(settings, "targets")
-        column.prop(settings, "attribute")
+        fields(column, settings, "targets attribute")
         self.layout.separator()
         bake = session.running()
         if bake is not None:
@@ -75,15 +74,8 @@ class _Output:
         exposure.prop(settings, "fit_exposure", text="Fit")
         if not settings.fit_exposure:
             exposure.prop(settings, "exposure", text=" ")
-        column.prop(settings, "clamp")
-        column.prop(settings, "storage")
-        column.separator()
-        column.prop(settings, "domain")
-        column.prop(settings, "fit")
-        if settings.quantity != "AMBIENT_OCCLUSION":
-            column.prop(settings, "split")
-            column.prop(settings, "by_light")
-        column.prop(settings, "activate")
+        parts = "" if settings.quantity == "AMBIENT_OCCLUSION" else "split by_light"
+        fields(column, settings, f"clamp storage - domain fit {parts} activate")
 
 
 class _Advanced:
@@ -98,16 +90,7 @@ class _Advanced:
         column = settings_column(self.layout)
         _automatic(column, settings, "auto_radius", "radius", "Radius")
         _automatic(column, settings, "auto_photons", "photons", "Photons")
-        column.prop(settings, "bounces")
-        column.prop(settings, "seed")
-        column.separator()
-        column.prop(settings, "direct")
-        column.prop(settings, "indirect")
-        column.prop(settings, "gatherer")
-        column.prop(settings, "estimator")
-        column.separator()
-        column.prop(settings, "live")
-        column.prop(settings, "keep")
+        fields(column, settings, "bounces seed - direct indirect gatherer estimator - live keep")
         if settings.keep:
             column.prop(settings, "keep_on_disk")
 
@@ -133,6 +116,15 @@ def settings_column(layout: bpy.types.UILayout) -> bpy.types.UILayout:
     column = layout.column()
     column.enabled = session.running() is None
     return column
+
+
+def fields(column: bpy.types.UILayout, settings, names: str) -> None:
+    """The ``settings`` of these names, one below the other, with room where a dash stands."""
+    for name in names.split():
+        if name == "-":
+            column.separator()
+        else:
+            column.prop(settings, name)
 
 
 def _automatic(layout, settings, switch: str, value: str, heading: str) -> None:

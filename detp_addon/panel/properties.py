@@ -225,28 +225,17 @@ def bake_request(options: dict, metres: float = 1.0) -> BakeRequest:
         seconds=options["seconds"] if goal == "time" else None,
         photons=options["photons"] or None,
         radius=options["radius"] * metres or None,
-        bounces=options["bounces"],
-        seed=options["seed"],
-        gatherer=core_name(options["gatherer"]),
-        estimator=core_name(options["estimator"]),
-        **{way: None if options[way] == "AUTO" else core_name(options[way]) for way in ("direct", "indirect")},
         shadow_distance=options["occlusion_distance"] * metres or None,
+        **{name: options[name] for name in ("bounces", "seed")},
+        **{name: core_name(options[name]) for name in ("gatherer", "estimator")},
+        **{way: None if options[way] == "AUTO" else core_name(options[way]) for way in ("direct", "indirect")},
     )
+    exposure = None if options["fit_exposure"] else options["exposure"]
     return BakeRequest(
         settings=settings,
-        targets=options["targets"].lower(),
-        attribute=options["attribute"],
-        domain=options["domain"],
-        fit=core_name(options["fit"]),
-        quantity=core_name(options["quantity"]),
-        split=options["split"],
-        by_light=options["by_light"],
-        activate=options["activate"],
-        encoding=Encoding(
-            exposure=None if options["fit_exposure"] else options["exposure"],
-            clamp=options["clamp"],
-            storage=core_name(options["storage"]),
-        ),
+        encoding=Encoding(exposure, options["clamp"], core_name(options["storage"])),
+        **{name: options[name] for name in ("attribute", "domain", "split", "by_light", "activate")},
+        **{name: core_name(options[name]) for name in ("targets", "fit", "quantity")},
     )
 
 

@@ -139,6 +139,11 @@ def running() -> RunningBake | None:
     return _latest if _latest is not None and _latest.outcome is None else None
 
 
+def report() -> BakeReport | None:
+    """That of the latest bake, once it is done."""
+    return _latest.outcome.report if _latest is not None and _latest.outcome is not None else None
+
+
 def begin(steps: Generator[JobProgress, None, BakeReport], **known) -> RunningBake:
     """Make ``steps`` the running bake in place of one that is over; what is ``known`` is as in :class:`RunningBake`."""
     global _latest
@@ -155,9 +160,8 @@ def cancel_running(message: str) -> None:
 
 def exposed(brightness: Brightness) -> None:
     """Note that the light of the latest bake has been multiplied since."""
-    outcome = _latest.outcome if _latest is not None else None
-    if outcome is not None and outcome.report is not None:
-        _latest.outcome = replace(outcome, report=replace(outcome.report, brightness=brightness))
+    if report() is not None:
+        _latest.outcome = replace(_latest.outcome, report=replace(report(), brightness=brightness))
 
 
 def forget() -> None:

@@ -17,7 +17,6 @@ class DETP_OT_update(BakeRunner, bpy.types.Operator):
 
     bl_idname = "detp.update"
     bl_label = "Update Vertex Light"
-    bl_options = {"REGISTER", "UNDO"}
 
     def _wants_live(self, context) -> bool:
         # An update shows its light at the end alone.

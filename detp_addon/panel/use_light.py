@@ -3,7 +3,6 @@
 import bpy
 from bpy.props import EnumProperty
 
-from ...core.errors import DetpError
 from ..command.terminal import escaped
 from ..materials.use_light import materials_with_light, remove_from_materials, use_in_materials
 from ..wording import counted
@@ -19,7 +18,6 @@ class DETP_OT_use_in_material(Idle, bpy.types.Operator):
 
     bl_idname = "detp.use_in_material"
     bl_label = "Use in Material"
-    bl_options = {"REGISTER", "UNDO"}
 
     way: EnumProperty(
         name="As",
@@ -32,17 +30,12 @@ class DETP_OT_use_in_material(Idle, bpy.types.Operator):
         default="AUTO",
     )
 
-    def execute(self, context):
-        """Each material once; those that use light already are made anew."""
-        try:
-            use = use_in_materials(context.scene.objects, attribute_name(context.scene.detp), core_name(self.way))
-        except DetpError as error:
-            return self.refused(error)
+    def _act(self, context):
+        use = use_in_materials(context.scene.objects, attribute_name(context.scene.detp), core_name(self.way))
         for note in use.notes:
             self.report({"WARNING"}, escaped(note))
         self.report({"INFO"}, f"{use.sentence()} Material Preview, renders and glTF exports show it.")
         follow_light()
-        return {"FINISHED"}
 
 
 class DETP_OT_remove_from_material(Idle, bpy.types.Operator):
@@ -50,14 +43,11 @@ class DETP_OT_remove_from_material(Idle, bpy.types.Operator):
 
     bl_idname = "detp.remove_from_material"
     bl_label = "Remove from Material"
-    bl_options = {"REGISTER", "UNDO"}
 
-    def execute(self, context):
-        """The light itself stays in its attribute."""
+    def _act(self, context):
         count = remove_from_materials(context.scene.objects)
         self.report({"INFO"}, f"Removed the light from {counted(count, 'material')}.")
         follow_light()
-        return {"FINISHED"}
 
 
 class DETP_OT_fit_exposure(Idle, bpy.types.Operator):
@@ -65,19 +55,13 @@ class DETP_OT_fit_exposure(Idle, bpy.types.Operator):
 
     bl_idname = "detp.fit_exposure"
     bl_label = "Fit Exposure"
-    bl_options = {"REGISTER", "UNDO"}
 
-    def execute(self, context):
-        """The next bake fits it by itself."""
+    def _act(self, context):
         settings = context.scene.detp
-        try:
-            brightness = fit_stored(context.scene.objects, attribute_name(settings))
-        except DetpError as error:
-            return self.refused(error)
-        settings.fit_exposure = True
+        brightness = fit_stored(context.scene.objects, attribute_name(settings))
+        settings.fit_exposure = True  # and the next bake fits it by itself
         session.exposed(brightness)
         self.report({"INFO"}, brightness.sentence())
-        return {"FINISHED"}
 
 
 def draw_use(layout: bpy.types.UILayout, context) -> None:

@@ -68,10 +68,8 @@ def _has_colours(obj: bpy.types.Object, attribute: str) -> bool:
 
 def _size_for(settings: bpy.types.RenderSettings) -> tuple[int, int]:
     """Width and height with the proportions for which the scene's camera was placed, and as many pixels as usual."""
-    wide, high = (
-        settings.resolution_x * settings.pixel_aspect_x,
-        settings.resolution_y * settings.pixel_aspect_y,
-    )
+    wide = settings.resolution_x * settings.pixel_aspect_x
+    high = settings.resolution_y * settings.pixel_aspect_y
     width = math.sqrt(WIDTH * HEIGHT * wide / high)
     return max(4, round(width)), max(4, round(width * high / wide))
 

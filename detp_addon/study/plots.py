@@ -61,46 +61,47 @@ def save(figure, folder: Path, name: str) -> None:
 
 
 def _radius(figure, tables: dict) -> None:
-    for axes, scene, here in _panels(figure, tables["radius"], "scene", "d / spacing", "µs a segment"):
-        axes.set_title(scene)
+    rows = [row | {"microseconds": 1e6 * row["processor"] / row["n_R"]} for row in tables["radius"]]
+    for axes, here in _panels(figure, rows, "scene", "d / spacing", "µs a segment"):
         for search, line in _groups(here, "search"):
-            axes.loglog([row["d/spacing"] for row in line], [1e6 * row["processor"] / row["n_R"] for row in line],
-                        "o-", label=GATHERERS[search])  # fmt: skip
+            axes.loglog(*_columns(line, "d/spacing", "microseconds"), "o-", label=GATHERERS[search])
         axes.legend()
 
 
 def _q(figure, tables: dict) -> None:
-    for axes, kind, here in _panels(figure, tables["q"], "points", "Q", "comparisons a segment"):
-        axes.set_title(f"points: {kind}")
+    for axes, here in _panels(figure, tables["q"], "points", "Q", "comparisons a segment", "points: "):
         for is_sorted, line in _groups(here, "sorted"):
             name = "sorted" if is_sorted else f"unsorted, {line[0]['n_P']} points"
-            axes.semilogy([row["Q"] for row in line], [row["tests"] for row in line], "o-", label=f"counted, {name}")
+            axes.semilogy(*_columns(line, "Q", "tests"), "o-", label=f"counted, {name}")
             if is_sorted:
-                axes.semilogy([row["Q"] for row in line], [row["theory"] for row in line], "--", label="theory")
+                axes.semilogy(*_columns(line, "Q", "theory"), "--", label="theory")
                 time = axes.twinx()
-                time.plot([row["Q"] for row in line], [row["seconds"] for row in line], "r:", label="time")
+                time.plot(*_columns(line, "Q", "seconds"), "r:", label="time")
                 time.set_ylabel("seconds (dotted)")
         axes.axvspan(0.6, 0.7, color="0.9")
         axes.legend(loc="upper center")
 
 
 def _slack(figure, tables: dict) -> None:
-    for axes, kind, here in _panels(figure, tables["slack"], "points", "last sphere / disc", "comparisons a segment"):
-        axes.set_title(f"points: {kind}")
-        axes.plot([row["slack"] for row in here], [row["tests"] for row in here], "o-", label="counted")
-        axes.plot([row["slack"] for row in here], [row["theory"] for row in here], "--", label="theory")
+    for axes, here in _panels(
+        figure, tables["slack"], "points", "last sphere / disc", "comparisons a segment", "points: "
+    ):
+        axes.plot(*_columns(here, "slack", "tests"), "o-", label="counted")
+        axes.plot(*_columns(here, "slack", "theory"), "--", label="theory")
         axes.set_ylim(bottom=0)
         axes.legend()
 
 
 def _growth(figure, tables: dict) -> None:
     most = max(row["n_R"] for row in tables["growth"])
-    rows = [row | {"case": f"{row['points']}, {row['discs'].replace('_', ' ')}"} for row in tables["growth"]]
-    rows = [row for row in rows if row["n_R"] == most]
-    for axes, case, here in _panels(figure, rows, "case", "points", "comparisons a segment"):
-        axes.set_title(case)
+    rows = [
+        row | {"case": f"{row['points']}, {row['discs'].replace('_', ' ')}", "tests": row["work"] / most}
+        for row in tables["growth"]
+        if row["n_R"] == most
+    ]
+    for axes, here in _panels(figure, rows, "case", "points", "comparisons a segment"):
         for gatherer, line in _groups(here, "gatherer"):
-            axes.loglog([row["n_P"] for row in line], [row["work"] / most for row in line], "o-", label=gatherer)
+            axes.loglog(*_columns(line, "n_P", "tests"), "o-", label=gatherer)
         axes.xaxis.set_minor_formatter("")
     figure.axes[0].legend(fontsize="small")
 
@@ -108,32 +109,33 @@ def _growth(figure, tables: dict) -> None:
 def _cauchy_crofton(figure, tables: dict) -> None:
     axes = figure.subplots()
     for scene, line in _groups(tables["cauchy_crofton"], "scene"):
-        axes.loglog([row["r/r0"] for row in line], [row["measured/expected"] for row in line], "o-", label=scene)
+        axes.loglog(*_columns(line, "r/r0", "measured/expected"), "o-", label=scene)
     axes.axhline(1.0, color="0.5")
     axes.set(xlabel="r / r0", ylabel="measured / expected")
     axes.legend(fontsize="small", ncols=2)
 
 
 def _frames(figure, tables: dict) -> None:
-    rows = [row | {"case": f"{row['scene']}, {row['on it']:.0%} move"} for row in tables["frames"]]
-    rows = [row for row in rows if row["discs"] == "moving" and "theory" in row]
+    rows = [row | {"case": f"{row['scene']}, {row['on it']:.0%} move"} for row in tables["frames"] if "theory" in row]
     figure.set_size_inches(14, 4.2)
-    for axes, case, here in _panels(figure, rows, "case", "r / R", "comparisons a frame"):
-        axes.set_title(case)
+    for axes, here in _panels(figure, rows, "case", "r / R", "comparisons a frame"):
         for search, line in _groups(here, "search"):
-            sizes = [row["r/R"] for row in line]
-            drawn = axes.loglog(sizes, [row["work"] for row in line], "o-", label=search)
-            axes.loglog(sizes, [row["theory"] for row in line], ":", color=drawn[0].get_color())
+            drawn = axes.loglog(*_columns(line, "r/R", "work"), "o-", label=search)
+            axes.loglog(*_columns(line, "r/R", "theory"), ":", color=drawn[0].get_color())
     figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize="small")
 
 
-def _panels(figure, rows: list[dict], key: str, xlabel: str, ylabel: str):
-    """Axes side by side, one for each value of ``key``, with that value and its rows."""
+def _columns(rows: list[dict], *names: str) -> list[list[float]]:
+    return [[row[name] for row in rows] for name in names]
+
+
+def _panels(figure, rows: list[dict], key: str, xlabel: str, ylabel: str, title: str = ""):
+    """Axes side by side, one for each value of ``key``, which stands behind the ``title``, with its rows."""
     groups = _groups(rows, key)
     for axes, (value, here) in zip(figure.subplots(1, len(groups), squeeze=False)[0], groups, strict=True):
-        axes.set(xlabel=xlabel, ylabel=ylabel)
+        axes.set(xlabel=xlabel, ylabel=ylabel, title=f"{title}{value}")
         axes.grid(alpha=0.3)
-        yield axes, value, here
+        yield axes, here
 
 
 def _groups(rows: list[dict], key: str) -> list[tuple]:

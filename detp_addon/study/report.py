@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from ...core.study.run import StudyTables
@@ -14,8 +16,8 @@ PLOTS = {
     "q": "Comparisons and time of the Sphere Cache over Q",
     "slack": "Comparisons over the size of the last sphere",
     "growth": "Comparisons over the number of points",
-    "cauchy_crofton": "Share of the segments that meet a sphere, over that of the ideal field",
     "frames": "Frames in which an object moves, over its size",
+    "cauchy_crofton": "Share of the segments that meet a sphere, over that of the ideal field",
 }
 
 
@@ -34,10 +36,14 @@ def as_markdown(found: StudyTables, command: str, pictures: bool) -> str:
         f"one; {figures['seconds']:.0f} s in all. "
         "Searches of scenes are timed in turn, and put right by the machine's speed at that moment.",
         "García, Ureña, Revelles, Lastra and Montes: *Density Estimation Optimizations for Global Illumination*, 2006.",
-        markdown_table(("the study", "here", ""), _claims(figures)),
+        markdown_table(
+            ("the study", "here", ""),
+            ((claim, here, "holds" if held else "does not hold") for claim, here, held in _claims(figures)),
+        ),
     ]
-    for name, title, columns in _SECTIONS:
+    for name, title in (PLOTS | {"choice": "Every scene at the radius of its bake"}).items():
         picture = f"![{title}]({name}.svg)\n\n" if pictures and name in PLOTS else ""
+        columns = _COLUMNS[name].split(", ")
         rows = [[_cell(row.get(column)) for column in columns] for row in found.tables[name]]
         parts.append(f"## {title}\n\n{picture}{markdown_table(columns, rows)}")
     return "\n\n".join(parts) + "\n"
@@ -45,103 +51,80 @@ def as_markdown(found: StudyTables, command: str, pictures: bool) -> str:
 
 #: Objects of this share of the scene's radius are small at any rate.
 SMALL = 0.03
-_SECTIONS = (
-    (
-        "radius",
-        PLOTS["radius"],
-        ("scene", "d/spacing", "search", "build", "seconds", "work", "theory", "crossings"),
-    ),
-    ("q", PLOTS["q"], ("points", "sorted", "Q", "sphere tests", "disc tests", "tests", "theory", "seconds")),
-    ("slack", PLOTS["slack"], ("points", "slack", "Q", "tests", "theory")),
-    (
-        "growth",
-        PLOTS["growth"],
-        ("gatherer", "discs", "points", "n_P", "n_R", "d", "work", "theory", "crossings", "seconds"),
-    ),
-    (
-        "frames",
-        PLOTS["frames"],
-        ("scene", "discs", "r/R", "on it", "moving", "search", "first", "each", "work", "theory"),
-    ),
-    ("cauchy_crofton", PLOTS["cauchy_crofton"], ("scene", "r/r0", "expected", "measured", "measured/expected")),
-    (
-        "choice",
-        "Every scene at the radius of its bake",
-        ("scene", "n_P", "n_R", "d/spacing", "search", "build", "seconds", "work", "theory", "crossings"),
-    ),
-)
+
+#: what is shown of each table
+_COLUMNS = {
+    "radius": "scene, d/spacing, search, build, seconds, work, theory, crossings",
+    "q": "points, sorted, Q, sphere tests, disc tests, tests, theory, seconds",
+    "slack": "points, slack, Q, tests, theory",
+    "growth": "gatherer, discs, points, n_P, n_R, d, work, theory, crossings, seconds",
+    "frames": "scene, discs, r/R, on it, moving, search, first, each, work, theory",
+    "cauchy_crofton": "scene, r/r0, expected, measured, measured/expected",
+    "choice": "scene, n_P, n_R, d/spacing, search, build, seconds, work, theory, crossings",
+}
 
 
-def _claims(figures: dict) -> list[list[str]]:
+def _claims(figures: dict) -> Iterator[tuple[str, str, bool]]:
     """Each experiment of the study, its figure, ours, and whether it held."""
-    rows = []
     for name, saving in figures["disc_index_saving"].items():
         cross = figures["crossover_d_over_spacing"][name]
-        rows.append([
-            "Disc Indexing takes up to 50 % less time than Sphere Cache for small discs",
-            f"{name}: {saving:.0%} less",
-            _held(saving > 0),
-        ])  # fmt: skip
+        claim = "Disc Indexing takes up to 50 % less time than Sphere Cache for small discs"
+        yield claim, f"{name}: {saving:.0%} less", saving > 0
         time, work = (_spacings(cross[key], cross) for key in ("seconds", "work"))
-        rows.append([
-            "Large discs favour the Sphere Cache",
-            f"{name}: {time} by time, {work} by comparisons",
-            _held(cross["seconds"] is not None),
-        ])  # fmt: skip
+        here = f"{name}: {time} by time, {work} by comparisons"
+        yield "Large discs favour the Sphere Cache", here, cross["seconds"] is not None
     for kind, best in figures["q_optimum"].items():
-        rows.append([f"Q is best around 0.6-0.7 ({kind})", f"{best:.2f} by comparisons", _held(0.55 <= best <= 0.75)])
+        yield f"Q is best around 0.6-0.7 ({kind})", f"{best:.2f} by comparisons", 0.55 <= best <= 0.75
     for name, by_size in figures["exponents"].items():
         for discs, entry in by_size.items():
-            low, high = entry["interval"]
-            surface = entry["surface"]["n_P"]
-            by_theory = {kind: entry[kind]["n_P, theory"]["exponent"] for kind in ("volume", "surface")}
-            rows.append([
-                f"{name}, {discs.replace('_', ' ')}: comparisons grow as n_P^{entry['study']:.2f}",
-                f"n_P^{entry['exponent']:.2f} ({low:.2f} to {high:.2f}) in a volume, "
-                f"n_P^{surface['exponent']:.2f} on surfaces; the formulas give n_P^{by_theory['volume']:.2f} and "
-                f"n_P^{by_theory['surface']:.2f} for the same sizes",
-                _held(abs(entry["exponent"] - entry["study"]) < 0.15),
-            ])  # fmt: skip
-            lines = [entry[kind]["n_R"]["exponent"] for kind in ("volume", "surface")]
-            rows.append([
-                f"{name}, {discs.replace('_', ' ')}: comparisons grow as n_R",
-                f"n_R^{lines[0]:.2f} in a volume, n_R^{lines[1]:.2f} on surfaces",
-                _held(max(abs(line - 1.0) for line in lines) < 0.15),
-            ])  # fmt: skip
-            if "d" in entry["volume"]:
-                wide, of_theory = ([entry[kind][key]["exponent"] for kind in ("volume", "surface")]
-                                   for key in ("d", "d, theory"))  # fmt: skip
-                rows.append([
-                    f"{name}: comparisons grow as d^2" + ("" if name == "sphere-cache" else " log(r0 / d)"),
-                    f"d^{wide[0]:.2f} in a volume, d^{wide[1]:.2f} on surfaces; the formulas give d^{of_theory[0]:.2f} "
-                    f"and d^{of_theory[1]:.2f} for the same sizes", _held(abs(wide[0] - 2.0) < 0.5),
-                ])  # fmt: skip
+            yield from _growth_claims(name, discs.replace("_", " "), entry)
     ideal = figures["cauchy_crofton"]
     low, high = ideal["interval"]
-    rows.append([
-        "The share of the segments that meets a convex set is its surface over the scene's",
+    here = (
         f"ideal field: {ideal['measured']:.5f} ({low:.5f} to {high:.5f}) where {ideal['expected']:.5f} is expected; "
-        "in scenes see below", _held(low <= ideal["expected"] <= high),
-    ])  # fmt: skip
+        "in scenes see below"
+    )
+    held = low <= ideal["expected"] <= high
+    yield "The share of the segments that meets a convex set is its surface over the scene's", here, held
     for case, entry in figures["quasi_static"].items():
-        rows.append([
-            "Quasi-static scenes: Sphere Cache for small moving objects",
-            f"{case}: up to {_sizes(entry['crossover by each'])} of the scene's radius by time, "
-            f"{_sizes(entry['crossover by work'])} by comparisons, {_sizes(entry['crossover by theory'])} by theory",
-            _held(entry["crossover by each"] is None or entry["crossover by each"] >= SMALL),
-        ])  # fmt: skip
+        time, work, theory = (entry[f"crossover by {column}"] for column in ("each", "work", "theory"))
+        here = (
+            f"{case}: up to {_sizes(time)} of the scene's radius by time, {_sizes(work)} by comparisons, "
+            f"{_sizes(theory)} by theory"
+        )
+        yield "Quasi-static scenes: Sphere Cache for small moving objects", here, time is None or time >= SMALL
         least, most = entry["hybrid"]
-        rows.append([
-            "Quasi-static scenes: an efficient hybrid",
-            f"{case}: {least:.0%} to {most:.0%} of Disc Indexing's time a frame", _held(least < 1.0),
-        ])  # fmt: skip
-    chosen = figures["chosen_by_theory"]
-    rows.append([
-        "Theory can choose the algorithm",
-        f"the formulas name the faster search in {chosen['right']} of {chosen['of']} cases",
-        _held(chosen["right"] > 0.9 * chosen["of"]),
-    ])  # fmt: skip
-    return rows
+        here = f"{case}: {least:.0%} to {most:.0%} of Disc Indexing's time a frame"
+        yield "Quasi-static scenes: an efficient hybrid", here, least < 1.0
+    right, of = (figures["chosen_by_theory"][key] for key in ("right", "of"))
+    here = f"the formulas name the faster search in {right} of {of} cases"
+    yield "Theory can choose the algorithm", here, right > 0.9 * of
+
+
+def _growth_claims(name: str, discs: str, entry: dict) -> Iterator[tuple[str, str, bool]]:
+    """How the comparisons of a gatherer grow, for small or large discs."""
+
+    def exponents(size: str) -> list[float]:
+        return [entry[kind][size]["exponent"] for kind in ("volume", "surface")]
+
+    (low, high), surface, by_theory = entry["interval"], exponents("n_P")[1], exponents("n_P, theory")
+    here = (
+        f"n_P^{entry['exponent']:.2f} ({low:.2f} to {high:.2f}) in a volume, n_P^{surface:.2f} on surfaces; the "
+        f"formulas give n_P^{by_theory[0]:.2f} and n_P^{by_theory[1]:.2f} for the same sizes"
+    )
+    held = abs(entry["exponent"] - entry["study"]) < 0.15
+    yield f"{name}, {discs}: comparisons grow as n_P^{entry['study']:.2f}", here, held
+    lines = exponents("n_R")
+    here = f"n_R^{lines[0]:.2f} in a volume, n_R^{lines[1]:.2f} on surfaces"
+    yield f"{name}, {discs}: comparisons grow as n_R", here, max(abs(line - 1.0) for line in lines) < 0.15
+    if "d" in entry["volume"]:
+        wide, of_theory = exponents("d"), exponents("d, theory")
+        here = (
+            f"d^{wide[0]:.2f} in a volume, d^{wide[1]:.2f} on surfaces; the formulas give d^{of_theory[0]:.2f} and "
+            f"d^{of_theory[1]:.2f} for the same sizes"
+        )
+        claim = f"{name}: comparisons grow as d^2" + ("" if name == "sphere-cache" else " log(r0 / d)")
+        yield claim, here, abs(wide[0] - 2.0) < 0.5
 
 
 def _spacings(value: float | None, cross: dict) -> str:
@@ -150,10 +133,6 @@ def _spacings(value: float | None, cross: dict) -> str:
 
 def _sizes(value: float | None) -> str:
     return "any share" if value is None else f"{value:.1%}"
-
-
-def _held(held: bool) -> str:
-    return "holds" if held else "does not hold"
 
 
 def _cell(value) -> str:

@@ -12,9 +12,9 @@ from ...core.random_streams import random_stream
 from ...core.segments import Segments
 from ...core.settings import BakeSettings
 from ...core.stages import finished
-from ...core.study.scene import StudyScene
+from ...core.study.fields import StudyScene
 from ..command.blender_output import blender_silenced
-from ..files.open_files import check_readable, open_blend
+from ..files.open_files import open_blend
 from ..reading.read_scene import read_scene
 
 
@@ -23,7 +23,6 @@ def load_study_scene(name: str, path: Path, segments: int) -> StudyScene:
 
     Points are the face corners of all visible meshes. Raises DetpError when the scene cannot be read or baked.
     """
-    check_readable(path)
     with blender_silenced():
         open_blend(path)
         export = read_scene(bpy.context.scene, bpy.context.view_layer, None, "CORNER")

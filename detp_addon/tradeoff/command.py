@@ -41,9 +41,9 @@ def add_tradeoff(commands) -> None:
     add("--points", type=_count, metavar="N", help="face corners to compare at, about")
     add("--runs", type=_count, metavar="N", help="of each bake, whose medians are told")
     names = ", ".join(NAMES).replace("%", "%%")
-    add("--bakes", type=_names, default=GROUPS, metavar="NAME,...", help=f"of {names} (default: all)")
-    add("--cycles-seconds", type=_count, default=CYCLES_SECONDS, metavar="S", help="end a bake of Cycles after that, "
-        "and tell its time from the objects it reached (default: %(default)s)")
+    add("--bakes", type=_names, metavar="NAME,...", help=f"of {names} (default: all)")
+    add("--cycles-seconds", type=_count, metavar="S", help="end a bake of Cycles after that, "
+        f"and tell its time from the objects it reached (default: {CYCLES_SECONDS})")
     add("--no-cycles", action="store_true", help="without Cycles' bakes; the reference is still its own")
 # fmt: on
 
@@ -63,11 +63,11 @@ def _tradeoff(arguments: argparse.Namespace) -> int:
         from ..files.open_files import open_blend
         from ..study.plots import drawn
         from . import report
-        from .candidates import candidates
+        from .candidates import candidates, cycles_runs
         from .figures import findings
         from .plots import draw
         from .reference import converged_reference, reference_key
-        from .runs import Plan, one_round, planned
+        from .runs import one_round
         from .scene import compared_scene
 
         warnings = open_blend(scene)
@@ -79,11 +79,10 @@ def _tradeoff(arguments: argparse.Namespace) -> int:
     key = reference_key(scene, compared)
     kept = Path(arguments.reference) if arguments.reference else folder / f"reference_{key}.npz"
     reference = printed(converged_reference(compared, kept, key, samples, noise))
-    ours = candidates(compared.radius, arguments.quick, arguments.bakes)
-    plan = Plan(ours, cycles, arguments.runs or runs, arguments.cycles_seconds)
-    kinds = planned(plan)
-    for run in range(plan.runs):
-        printed(one_round(kinds, compared, plan, run))
+    kinds = candidates(compared.radius, arguments.quick, arguments.bakes or GROUPS) + cycles_runs(cycles)
+    runs = arguments.runs or runs
+    for run in range(runs):
+        printed(one_round(kinds, compared, arguments.cycles_seconds or CYCLES_SECONDS, run))
         measured = [kind for kind in kinds if kind.seconds]
         # What has been measured so far is kept, should the rest take longer than anybody waits.
         found = findings(compared, reference, measured)
@@ -92,7 +91,7 @@ def _tradeoff(arguments: argparse.Namespace) -> int:
             "warnings": warnings + _refused(measured),
         }  # fmt: skip
         drawing = partial(draw, found, f"{escaped(scene.stem)}: error against time", folder)
-        report.write(found, facts, folder, drawn(drawing, quiet=run + 1 < plan.runs))
+        report.write(found, facts, folder, drawn(drawing, quiet=run + 1 < runs))
     say(f"Saved {folder / 'tradeoff.md'}, tradeoff.json and tradeoff.csv")
     return 0
 
@@ -105,18 +104,13 @@ def _refused(measured) -> list[str]:
 
 def _options(arguments: argparse.Namespace) -> str:
     """The options that were given, as they were."""
-    given = {name: getattr(arguments, name) for name in ("samples", "reference_samples", "points", "runs")}
-    given |= {
-        "bakes": None if arguments.bakes == GROUPS else arguments.bakes,
-        "cycles_seconds": None if arguments.cycles_seconds == CYCLES_SECONDS else arguments.cycles_seconds,
-    }
-    text = "".join(
-        f" --{name.replace('_', '-')} {','.join(map(str, value)) if isinstance(value, tuple) else value}"
-        for name, value in given.items()
-        if value is not None
-    )
-    flags = "".join(f" --{name.replace('_', '-')}" for name in ("quick", "no_cycles") if getattr(arguments, name))
-    return f" -o FOLDER{flags}{text}"
+    text = " -o FOLDER"
+    for name in "quick no_cycles samples reference_samples points runs bakes cycles_seconds".split():
+        value = getattr(arguments, name)
+        if value:
+            given = "" if value is True else ",".join(map(str, value)) if isinstance(value, tuple) else value
+            text += f" --{name.replace('_', '-')} {given}".rstrip()
+    return text
 
 
 def _count(text: str) -> int:

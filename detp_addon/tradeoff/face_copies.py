@@ -17,6 +17,8 @@ import numpy as np
 from mathutils import Matrix
 
 from ...core.group_sums import group_means
+from ..reading.read_attributes import face_sizes, stored_normals
+from ..reading.read_meshes import corner_vertex_indices, vertex_positions
 from ..reading.render_view import view_as_render
 
 #: Share of the way from a corner to the middle of its face, and lift in shares of the scene's radius.
@@ -79,16 +81,12 @@ def render_faces(scene, view_layer, names: list[str]) -> dict[str, CopiedFaces]:
 
 def _faces(obj: bpy.types.Object) -> CopiedFaces:
     mesh, matrix = obj.data, np.array(obj.matrix_world)
-    positions, normals = np.empty(3 * len(mesh.vertices)), np.empty(3 * len(mesh.loops))
-    vertices, sizes = np.empty(len(mesh.loops), int), np.empty(len(mesh.polygons), int)
-    mesh.vertices.foreach_get("co", positions)
-    mesh.corner_normals.foreach_get("vector", normals)
-    mesh.loops.foreach_get("vertex_index", vertices)
-    mesh.polygons.foreach_get("loop_total", sizes)
+    corners = vertex_positions(mesh)[corner_vertex_indices(mesh)] @ matrix[:3, :3].T + matrix[:3, 3]
     # What is broken in the mesh lies at the origin, where it is baked but never compared.
-    corners = np.nan_to_num(positions.reshape(-1, 3)[vertices] @ matrix[:3, :3].T + matrix[:3, 3], posinf=0, neginf=0)
-    normals = np.nan_to_num(normals.reshape(-1, 3)) @ np.linalg.pinv(matrix[:3, :3])
-    return CopiedFaces(corners, normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-30)[:, None], sizes)
+    corners = np.nan_to_num(corners, posinf=0, neginf=0)
+    normals = stored_normals(mesh) @ np.linalg.pinv(matrix[:3, :3])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-30)[:, None]
+    return CopiedFaces(corners, normals, face_sizes(mesh))
 
 
 def centred(scene, faces: dict[str, CopiedFaces]) -> tuple[dict[str, CopiedFaces], float]:

@@ -6,6 +6,7 @@ import hashlib
 import zipfile
 from collections.abc import Generator
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import bpy
@@ -84,7 +85,7 @@ def converged_reference(
             if samples <= 0 or (reference.rounds and samples < FIRST_SAMPLES << reference.rounds):
                 break
             reference = _better(reference, copy, samples)
-            replace_file(file, lambda made: _keep(made, key, reference))  # noqa: B023 - called at once
+            replace_file(file, partial(_keep, key, reference))
             yield f"Reference: {_described(reference)}"
     return reference
 
@@ -110,7 +111,7 @@ def _described(reference: Reference) -> str:
     )
 
 
-def _keep(path: Path, key: str, reference: Reference) -> None:
+def _keep(key: str, reference: Reference, path: Path) -> None:
     with open(path, "wb") as file:
         np.savez_compressed(file, key=np.array(key), **vars(reference))
 

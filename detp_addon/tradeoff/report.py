@@ -74,7 +74,7 @@ def as_markdown(found: Comparison, facts: dict, picture: bool) -> str:
             ("", "bake", "s", "error", "mean", "95 %", "radius m", "photons", *RATIOS),
             [[
                 "*" * row["front"], f"**{row['label']}**" if row["preset"] else row["label"], *_errors(row),
-                f"{row['radius']:.3g}", str(row["photons"]), *(_times(row.get(name)) for name in RATIOS),
+                f"{row['radius']:.3g}", str(row["photons"]), *(f"{row[n]:.3g}" if n in row else "" for n in RATIOS),
             ] for row in ours],
         ),
         *([] if not theirs else ["## Cycles\n\n" + markdown_table(
@@ -94,10 +94,6 @@ def _errors(row: dict) -> list[str]:
 
 def _percent(share: float) -> str:
     return "" if not math.isfinite(share) else f"{100 * share:.3g} %"
-
-
-def _times(ratio: float | None) -> str:
-    return "" if ratio is None else f"{ratio:.3g}"
 
 
 def _reached(row: dict, points: dict) -> str:

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import time
 from collections.abc import Generator
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import bpy
-import numpy as np
 
-from ...core.settings import BakeSettings
 from ...core.stages import finished
 from ..command.blender_output import blender_silenced
 from ..job import bake_scene
 from ..request import BakeRequest
-from .candidates import MeasuredBake
+from .candidates import DEFAULT_BOUNCES, Measured
 from .cycles_bake import BOUNCES, bake_with_cycles, light_of, set_up_cycles
 from .face_copies import copy_in
 from .scene import ComparedScene
@@ -22,83 +20,37 @@ from .scene import ComparedScene
 #: the attribute that our bakes write
 OURS = "detp tradeoff"
 
-#: reflections that Blender allows unless told otherwise
-DEFAULT_BOUNCES = 4
 
+def one_round(
+    kinds: list[Measured], compared: ComparedScene, cycles_seconds: float, run: int
+) -> Generator[str, None, None]:
+    """Do each kind once more, in turn, so that the machine's moods meet all alike; yields sentences.
 
-@dataclass(frozen=True)
-class Plan:
-    """How much is measured: our ``candidates``, Cycles' numbers of ``samples``, ``runs`` of each.
-
-    cycles_seconds  a bake of Cycles ends when they are over, and its time is told from the objects that it reached
+    A bake of Cycles ends when ``cycles_seconds`` are over, and its time is told from the objects that it reached.
     """
-
-    candidates: tuple[MeasuredBake, ...]
-    samples: tuple[int, ...]
-    runs: int = 3
-    cycles_seconds: float = 60.0
-
-
-@dataclass(frozen=True)
-class Measured:
-    """Equal runs: what, ``seconds`` and RGB sums ``light`` (M,) of each run.
-
-    who      "detp", "cycles", as pressing its button does, or "cycles inside" the corners, all objects as one
-    group    candidates of one group make a line in the plots; ``preset`` whether it is one that the panel offers
-    samples  of Cycles, 0 of ours; ``complete`` whether Cycles baked all objects
-    facts    about the last run
-    """
-
-    who: str
-    label: str
-    group: str
-    preset: bool = False
-    samples: int = 0
-    seconds: list[float] = field(default_factory=list)
-    light: list[np.ndarray] = field(default_factory=list)
-    facts: dict = field(default_factory=dict)
-
-    @property
-    def median_seconds(self) -> float:
-        """Of all runs."""
-        return float(np.median(self.seconds))
-
-
-def planned(plan: Plan) -> list[Measured]:
-    """All kinds of runs, none of which has been done: ours, Cycles' button, Cycles inside, and there once more with
-    Blender's default bounces."""
-    kinds = [Measured("detp", c.label, c.group, c.preset, facts={"options": c.options}) for c in plan.candidates]
-    kinds += [Measured("cycles", f"Cycles, {n} samples", "cycles", samples=n) for n in plan.samples]
-    inside = [Measured("cycles inside", f"Cycles inside, {n} samples", "inside", samples=n) for n in plan.samples]
-    for n in plan.samples[len(plan.samples) // 2 :][:1]:
-        label = f"Cycles inside, {n} samples, {DEFAULT_BOUNCES} bounces"
-        inside.append(Measured("cycles inside", label, "bounces", samples=n))
-    return kinds + inside
-
-
-def one_round(kinds: list[Measured], compared: ComparedScene, plan: Plan, run: int) -> Generator[str, None, None]:
-    """Do each kind once more, in turn, so that the machine's moods meet all alike; yields sentences."""
     inside = [kind for kind in kinds if kind.who == "cycles inside"]
-    for number, kind in enumerate(kinds[: len(kinds) - len(inside)]):
+    for kind in kinds[: len(kinds) - len(inside)]:
         if kind.who == "detp":
-            _bake_ours(kind, plan.candidates[number].settings, compared, run)
+            _bake_ours(kind, compared, run)
         else:
-            _press(kind, compared, plan.cycles_seconds, run)
+            _press(kind, compared, cycles_seconds, run)
         yield _said(kind, run)
     if not inside:
         return
     scene = bpy.context.scene
     with copy_in(scene, compared.faces.just_inside(compared.scene_radius)) as copy:
         for kind in inside:
-            if _expected_seconds(inside, kind.samples) <= 2 * plan.cycles_seconds:
+            if _expected_seconds(inside, kind.samples) <= 2 * cycles_seconds:
                 set_up_cycles(scene, DEFAULT_BOUNCES if kind.group == "bounces" else BOUNCES)
                 _bake_inside(kind, copy, compared, run)
                 yield _said(kind, run)
     set_up_cycles(scene, BOUNCES)
 
 
-def _bake_ours(measured: Measured, settings: BakeSettings, compared: ComparedScene, run: int) -> None:
-    request = BakeRequest(replace(settings, seed=run), targets=compared.objects, attribute=OURS, activate=False)
+def _bake_ours(measured: Measured, compared: ComparedScene, run: int) -> None:
+    request = BakeRequest(
+        replace(measured.settings, seed=run), targets=compared.objects, attribute=OURS, activate=False
+    )
     scene, layer = bpy.context.scene, bpy.context.view_layer
     start = time.perf_counter()
     with blender_silenced():
@@ -109,6 +61,7 @@ def _bake_ours(measured: Measured, settings: BakeSettings, compared: ComparedSce
     measured.facts.update(
         photons=report.photons, segments=report.segments, shadow_rays=report.shadow_rays, radius=report.radius,
         gatherer=report.gatherer, estimated_error=report.relative_error, stages=report.seconds,
+        options=measured.options,
     )  # fmt: skip
 
 

@@ -59,9 +59,8 @@ class KeptBake:
     ):
         self._scene, self._view_layer = scene.name, view_layer.name
         self._request, self._whole = request, True
-        groups, seeds, bakes = ((), (), ()) if parts is None else (parts.groups, parts.seeds, parts.bakes)
-        self._sessions: dict[str, BakeSession] = dict(zip(groups, map(BakeSession.of, bakes), strict=True))
-        self._seeds: dict[str, int] = dict(zip(groups, seeds, strict=True))
+        kept = {} if parts is None else dict(zip(parts.groups, parts.bakes, strict=True))
+        self._sessions = {group: BakeSession.of(first) for group, first in kept.items()}
         self.places: KeptPlaces | None = None if parts is None else parts.places
         self._read_places = self.places
         self.on_disk, self._refused = on_disk, refused
@@ -85,9 +84,7 @@ class KeptBake:
     def parts(self) -> KeptParts:
         """All of it, to be written."""
         bakes = tuple(session.kept for session in self._sessions.values())
-        seeds = tuple(self._seeds[group] for group in self._sessions)
-        given = self._scene, self._view_layer, self._request, self.places
-        return KeptParts(*given, tuple(self._sessions), seeds, bakes)
+        return KeptParts(self._scene, self._view_layer, self._request, self.places, tuple(self._sessions), bakes)
 
     def _begin(self) -> None:
         self._updating = self.updated = bool(self._sessions)
@@ -181,14 +178,14 @@ class KeptBake:
             self._not_kept(error, group)
         else:
             # Not before: who cancels a bake can still update the one before it.
-            self._sessions[group], self._seeds[group] = session, settings.seed
+            self._sessions[group] = session
             self.identity = new_identity()
             self.places = self._read_places
         return result
 
     def _unlike_others(self, group: str, settings: BakeSettings) -> BakeSettings:
         """The ``settings`` with a seed that no other group has: noise of groups is to be independent."""
-        others = {self._seeds[name] for name in self._sessions if name != group}
+        others = {session.settings.seed for name, session in self._sessions.items() if name != group}
         while settings.seed in others:
             settings = replace(settings, seed=settings.seed + (MOST_GROUPS << 32))
         return settings

@@ -49,15 +49,13 @@ _CHUNK, _LEVEL = 1 << 22, 1
 
 @dataclass(frozen=True)
 class KeptParts:
-    """All of a kept bake: of which scene and view layer, what was asked for, and of each light group its name, seed and
-    bake."""
+    """All of a kept bake: of which scene and view layer, what was asked for, and name and bake of each light group."""
 
     scene: str
     view_layer: str
     request: BakeRequest
     places: KeptPlaces | None
     groups: tuple[str, ...]
-    seeds: tuple[int, ...]
     bakes: tuple[FirstBake, ...]
 
 

@@ -116,9 +116,9 @@ def error_there(meshes: Iterable[bpy.types.Mesh], name: str) -> float | None:
     return known[len(known) // 2] if known else None
 
 
-def group_mark(name: str, gain: Sequence[float] = (1.0, 1.0, 1.0)) -> dict:
+def group_mark(name: str) -> dict:
     """What is noted of the layer of a light group: its name, and the RGB by which the whole has it multiplied."""
-    return {"name": name, "gain": [float(channel) for channel in gain]}
+    return {"name": name, "gain": [1.0, 1.0, 1.0]}
 
 
 def groups_of(mesh: bpy.types.Mesh, name: str) -> dict[str, dict]:

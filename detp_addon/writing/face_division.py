@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import bmesh
 import bpy
@@ -26,28 +25,19 @@ _NEW = 4
 STRAIGHT, NEARLY = 0.01, 0.1
 
 
-@dataclass(frozen=True)
-class Division:
-    """How many faces of how many objects were divided, and how many vertices that added."""
-
-    faces: int
-    objects: int
-    vertices: int
-
-
 def most_vertices(lossy: LossyFaces) -> int:
     """How many vertices divisions of these faces, and of what comes of them, may add."""
     return int(max(MORE_VERTICES * _vertices(_objects(lossy.by_object())), LEAST_MORE))
 
 
-def divide_faces(lossy: LossyFaces, most: int) -> Division:
+def divide_faces(lossy: LossyFaces, most: int) -> tuple[int, int, int]:
     """Halve the edges of faces, those first that show most light wrong, with about ``most`` vertices that are added.
 
     Each becomes four, or two if it is more than twice as long as wide, and so does each triangle of one that is no
-    triangle or convex quad. Neighbours get the new
-    vertices into their edges, so that no gap opens; triangles among them become two or more, others stay whole. UV
-    maps, materials and other layers are kept.
-    Objects that cannot be changed here are left out: those from libraries, and those that share a mesh.
+    triangle or convex quad. Neighbours get the new vertices into their edges, so that no gap opens; triangles among
+    them become two or more, others stay whole. UV maps, materials and other layers are kept.
+    Objects that cannot be changed here are left out: those from libraries, and those that share a mesh. Returns how
+    many faces of how many objects were divided, and how many vertices that added.
     """
     changeable = {key for key, obj in objects_by_name().items() if obj.type == "MESH" and _changeable(obj)}
     chosen = _objects(lossy.of_objects(changeable).by_object(most // _NEW))
@@ -55,7 +45,7 @@ def divide_faces(lossy: LossyFaces, most: int) -> Division:
     before = _vertices(chosen)
     for obj, rows in chosen.items():
         _divide(obj.data, rows)
-    return Division(sum(map(len, chosen.values())), len(chosen), _vertices(chosen) - before)
+    return sum(map(len, chosen.values())), len(chosen), _vertices(chosen) - before
 
 
 def select_faces(faces: FacesByObject, context: bpy.types.Context) -> int:

@@ -30,9 +30,6 @@ class LiveColours:
     def __enter__(self) -> LiveColours:
         return self
 
-    def __exit__(self, *_) -> None:
-        self.take_back()
-
     @property
     def due(self) -> bool:
         """Whether enough time has passed since the last picture."""
@@ -57,7 +54,7 @@ class LiveColours:
         now = time.perf_counter()
         self._rest_until = now + (now - begin) * (1.0 / SHARE - 1.0)
 
-    def take_back(self) -> None:
+    def __exit__(self, *_) -> None:
         """Put back all that was there before the first picture, on what still exists."""
         with suppress(ReferenceError):
             leave_edit_mode(self._objects)

@@ -64,12 +64,18 @@ def baked_with(scene: Scene, points, normals, photons: float, inward=None, **set
 
 def lamp_room(albedo=0.6, power=(30.0, 20.0, 10.0)) -> tuple[Scene, np.ndarray, np.ndarray]:
     """A closed room of side 2 around the origin with a block in it and a lamp; points in the walls' middles."""
+    quads, points, normals, covered = room_with_block()
+    scene = scene_of(quads, albedo, lights=(PointLight((0.4, -0.3, 0.5), power),))
+    return scene, points[~covered], normals[~covered]
+
+
+def room_with_block() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Its faces, the points in the walls' middles with their normals, and which of them the block covers."""
     room = box_quads((2, 2, 2)) - 1
     block = box_quads((0.5, 0.6, 0.7))[:, ::-1] + (-0.7, 0.1, -1)
     points, normals = face_points(room, 3)
-    scene = scene_of(np.concatenate([room, block]), albedo, lights=(PointLight((0.4, -0.3, 0.5), power),))
     covered = (np.abs(points - (-0.45, 0.4, -1)) <= (0.35, 0.4, 0.1)).all(axis=1)
-    return scene, points[~covered], normals[~covered]
+    return np.concatenate([room, block]), points, normals, covered
 
 
 def changed(scene: Scene, turn=None, factor=1.0, shift=(0.0, 0.0, 0.0)) -> Scene:
@@ -109,31 +115,29 @@ def relative(one: np.ndarray, other: np.ndarray) -> float:
 
 @case("the scene scaled by 2^-17 … 2^17 (1e-5 … 1e5)", "E · s² and the error the same to the last bit")
 def scaled_exactly(size):
-    scene, points, normals = lamp_room()
     worst = 0.0
-    for way, power in product(WAYS, (-17, 17)):
-        unit = baked_with(scene, points, normals, 2000 * size, **way)
-        factor = 2.0**power
-        other = baked_with(
-            changed(scene, factor=factor), points * factor, normals, 2000 * size, radius=0.1 * factor, **way
-        )
-        worst = max(worst, relative(other.irradiance * factor**2, unit.irradiance))
-        worst = max(worst, relative(other.standard_error * factor**2, unit.standard_error))
+    for unit, other in scaled_bakes(size, (2.0**-17, 2.0**17)):
+        worst = max(worst, relative(other.irradiance, unit.irradiance))
+        worst = max(worst, relative(other.standard_error, unit.standard_error))
     return f"largest difference {worst:.1e}", worst == 0.0
 
 
 @case("the scene scaled by 1e-5, 1e-2, 1e3, 1e5", "E · s² the same up to rounding (no photon goes another way)")
 def scaled(size):
-    scene, points, normals = lamp_room()
     worst, spread = 0.0, 0.0
-    for way, factor in product(WAYS, (1e-5, 1e-2, 1e3, 1e5)):
-        unit = baked_with(scene, points, normals, 2000 * size, **way)
-        other = baked_with(
-            changed(scene, factor=factor), points * factor, normals, 2000 * size, radius=0.1 * factor, **way
-        )
-        worst = max(worst, median_difference(other.irradiance * factor**2, unit.irradiance))
-        spread = max(spread, scores(replaced(other, factor**2), unit).max())
+    for unit, other in scaled_bakes(size, (1e-5, 1e-2, 1e3, 1e5)):
+        worst = max(worst, median_difference(other.irradiance, unit.irradiance))
+        spread = max(spread, scores(other, unit).max())
     return f"median difference {worst:.1e}, none above {spread:.2f} sigma", worst < 1e-6 and spread < 2
+
+
+def scaled_bakes(size, factors):
+    """The lamp room baked in all ways, as it is and scaled by each of the ``factors``, whose light is taken back."""
+    scene, points, normals = lamp_room()
+    for way, factor in product(WAYS, factors):
+        unit = baked_with(scene, points, normals, 2000 * size, **way)
+        large, radius = changed(scene, factor=factor), 0.1 * factor
+        yield unit, replaced(baked_with(large, points * factor, normals, 2000 * size, radius=radius, **way), factor**2)
 
 
 def median_difference(found: np.ndarray, expected: np.ndarray) -> float:
@@ -322,33 +326,19 @@ def grazing(size):
 
 @case("lamps on a wall, in a corner, at a point, inside a solid and behind a wall", "finite; 0 from the last two")
 def lamps(size):
-    room = box_quads((2, 2, 2)) - 1
-    block = box_quads((0.5, 0.6, 0.7))[:, ::-1] + (-0.7, 0.1, -1)
-    quads = np.concatenate([room, block])
-    points, normals = face_points(room, 3)
+    quads, points, normals, covered = room_with_block()
     texts, fine = [], True
-    places = {
-        "on": (0.3, 0.2, -1),
-        "corner": (1, 1, 1),
-        "point": points[4],
-        "inside": (-0.5, 0.4, -0.8),
-        "behind": (0, 0, 1.5),
-    }
+    places = {"on": (0.3, 0.2, -1), "corner": (1, 1, 1), "point": points[4], "inside": (-0.5, 0.4, -0.8),
+              "behind": (0, 0, 1.5)}  # fmt: skip
     for name, place in places.items():
         for way, radius in product(WAYS, (0.0, 0.05)):
-            result = baked_with(
-                scene_of(quads, 0.5, lights=(PointLight(place, (9.0,) * 3, radius),)),
-                points,
-                normals,
-                2000 * size,
-                **way,
-            )
+            scene = scene_of(quads, 0.5, lights=(PointLight(place, (9.0,) * 3, radius),))
+            result = baked_with(scene, points, normals, 2000 * size, **way)
             fine &= finite(result)
             if name in ("inside", "behind"):
-                seen = ~((np.abs(points - (-0.45, 0.4, -1)) <= (0.35, 0.4, 0.1)).all(axis=1))
                 # A wall through a cell of records may escape the few rays that look for it.
                 leak = 2e-4 * result.irradiance.max() if way["indirect"] == "gather" else 0.0
-                fine &= result.irradiance[seen].max() <= leak
+                fine &= result.irradiance[~covered].max() <= leak
         texts.append(f"{name}: E up to {result.irradiance.max():.3g}")
     return "; ".join(texts), fine
 

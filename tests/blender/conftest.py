@@ -3,6 +3,7 @@
 import bpy
 import pytest
 from detp import detp_addon
+from made_scenes import fresh, world
 
 
 @pytest.fixture
@@ -12,3 +13,16 @@ def addon():
     detp_addon.register()
     yield
     detp_addon.unregister()
+
+
+@pytest.fixture
+def scene():
+    """An empty scene with a grey world."""
+    return fresh()
+
+
+@pytest.fixture
+def dark_scene(scene):
+    """The same with a black world."""
+    world((0, 0, 0))
+    return scene

@@ -60,6 +60,13 @@ def node(tree, kind, settings=None, **inputs):
     return made
 
 
+def constant(tree, value):
+    """An output with a number or an RGB."""
+    made = tree.nodes.new("ShaderNodeRGB" if np.ndim(value) else "ShaderNodeValue")
+    made.outputs[0].default_value = (*value, 1) if np.ndim(value) else value
+    return made.outputs[0]
+
+
 def material(build, name="material"):
     """A material whose surface is what ``build(tree)`` returns (a node or an output)."""
     made = bpy.data.materials.new(name)

@@ -1,7 +1,7 @@
 """Pieces of small scenes, and a look at the files that bakes leave."""
 
 import bpy
-import numpy as np
+from detp.detp_addon.writing.baked_layers import stored_colours
 
 
 def grid(name, location=(0, 0, 0), size=4.0):
@@ -54,7 +54,5 @@ def opened(path):
 
 
 def colours(name, attribute="irradiance"):
-    layer = bpy.data.objects[name].data.attributes[attribute]
-    values = np.empty((len(layer.data), 4), np.float32)
-    layer.data.foreach_get("color", values.ravel())
-    return values
+    """The RGBA (elements, 4) of an object's layer."""
+    return stored_colours(bpy.data.objects[name].data.attributes[attribute])

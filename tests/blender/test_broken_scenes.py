@@ -10,34 +10,21 @@ from detp.core.errors import InvalidSettingError  # noqa: E402
 from detp.core.gatherers.choose import make_gatherer  # noqa: E402
 from detp.core.segments import Segments  # noqa: E402
 from detp.core.settings import BakeSettings  # noqa: E402
+from detp.core.stages import finished  # noqa: E402
 from detp.detp_addon.job import bake_scene  # noqa: E402
 from detp.detp_addon.reading.remembered import DEEPEST, Remembered  # noqa: E402
 from detp.detp_addon.request import BakeRequest  # noqa: E402
 from detp.detp_addon.writing.write_attributes import MeshColours, write_colours  # noqa: E402
-from made_scenes import cube, fresh, lamp, material, node, quad, read, world  # noqa: E402
+from made_scenes import cube, lamp, material, node, quad, read, world  # noqa: E402
+from small_scenes import colours  # noqa: E402
 
-
-@pytest.fixture(autouse=True)
-def scene():
-    return fresh()
+pytestmark = pytest.mark.usefixtures("scene")
 
 
 def baked(**settings):
     """The report of a bake with few photons."""
     request = BakeRequest(BakeSettings(**{"photons": 200, **settings}), quantity="irradiance")
-    steps = bake_scene(bpy.context.scene, bpy.context.view_layer, request)
-    while True:
-        try:
-            next(steps)
-        except StopIteration as stop:
-            return stop.value
-
-
-def colours(obj, attribute="irradiance"):
-    layer = obj.data.attributes[attribute]
-    values = np.empty(4 * len(layer.data), np.float32)
-    layer.data.foreach_get("color", values)
-    return values.reshape(-1, 4)
+    return finished(bake_scene(bpy.context.scene, bpy.context.view_layer, request))
 
 
 def albedo_of(build):
@@ -127,7 +114,7 @@ def test_light_beyond_what_a_colour_holds_is_cut_and_named():
     (note,) = write_colours([MeshColours(obj, {"light": np.array([(1e39, -1e300, np.inf), (1, 2, 3)] * 2)})], "CORNER")
     assert "brighter than a colour can hold" in note and "'quad'" in note
     largest = np.finfo(np.float32).max
-    assert np.array_equal(colours(obj, "light")[:2], [(largest, -largest, largest, 1), (1, 2, 3, 1)])
+    assert np.array_equal(colours(obj.name, "light")[:2], [(largest, -largest, largest, 1), (1, 2, 3, 1)])
 
 
 @pytest.mark.parametrize("estimator", ["visible", "plain"])
@@ -138,7 +125,7 @@ def test_a_radius_out_of_all_proportion_is_refused_and_any_other_gives_finite_li
     if 1e-12 < radius < 1e12:
         for gatherer in ("disc-index", "sphere-cache", "brute-force"):
             baked(radius=radius, estimator=estimator, gatherer=gatherer, direct="photons")
-            assert np.isfinite(colours(obj)).all()
+            assert np.isfinite(colours(obj.name)).all()
     else:
         with pytest.raises(InvalidSettingError, match="out of all proportion"):
             baked(radius=radius, estimator=estimator)
@@ -258,7 +245,7 @@ def test_light_that_is_as_much_below_zero_as_above():
     quad(size=4.0)
     cube(location=(2, 2, 1.5))
     report = baked(photons=2000)
-    assert np.isfinite(report.photons) and np.isfinite(colours(bpy.data.objects["quad"])).all()
+    assert np.isfinite(report.photons) and np.isfinite(colours("quad")).all()
 
 
 @pytest.mark.parametrize("scale", [(1, 1, 0), (0, 1, 1)])
@@ -267,4 +254,4 @@ def test_a_box_scaled_flat_under_a_modifier_that_changes_its_faces(scale):
     box = cube(scale=scale)
     box.modifiers.new("bevel", "BEVEL").segments = 2
     report = baked()
-    assert report.objects == 1 and np.isfinite(colours(box)).all()
+    assert report.objects == 1 and np.isfinite(colours(box.name)).all()

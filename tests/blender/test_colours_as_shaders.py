@@ -6,21 +6,17 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from beside_cycles import beside_cycles, worst  # noqa: E402
-from made_scenes import diffuse, fresh, image, lamp, map_to_unit_square, node, quad, read, with_nodes, world  # noqa: E402
+from made_scenes import constant, diffuse, image, lamp, map_to_unit_square, node, quad, read, with_nodes  # noqa: E402
 
 COLOUR = np.array([0.5, 0.25, 0.1])
 
 
 def rgb(tree, colour=COLOUR):
-    made = tree.nodes.new("ShaderNodeRGB")
-    made.outputs[0].default_value = (*colour, 1)
-    return made.outputs[0]
+    return constant(tree, colour)
 
 
 def number(tree):
-    made = tree.nodes.new("ShaderNodeValue")
-    made.outputs[0].default_value = 2.0
-    return made.outputs[0]
+    return constant(tree, 2.0)
 
 
 def mixed(tree):
@@ -67,11 +63,7 @@ FEEDS = {
 }
 
 
-@pytest.fixture(autouse=True)
-def scene():
-    made = fresh()
-    world((0, 0, 0))
-    return made
+pytestmark = pytest.mark.usefixtures("dark_scene")
 
 
 def fed(owner, output, build):

@@ -18,9 +18,7 @@ SQUARE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
 FRONT, BACK = (0, 1, 2, 3), (3, 2, 1, 0)
 
 
-@pytest.fixture(autouse=True)
-def scene():
-    return fresh()
+pytestmark = pytest.mark.usefixtures("scene")
 
 
 def glow(build=None):

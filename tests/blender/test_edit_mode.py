@@ -10,7 +10,6 @@ from detp.core.errors import EditModeError  # noqa: E402
 from detp.detp_addon.command.command import main  # noqa: E402
 from made_scenes import (  # noqa: E402
     diffuse,
-    fresh,
     image,
     lamp,
     linked,
@@ -26,9 +25,7 @@ from small_scenes import colours, opened, saved  # noqa: E402
 QUICK = ["--photons", "2000", "--error", "50%", "--quiet"]
 
 
-@pytest.fixture(autouse=True)
-def scene():
-    return fresh()
+pytestmark = pytest.mark.usefixtures("scene")
 
 
 def edit(obj):

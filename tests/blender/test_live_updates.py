@@ -107,7 +107,7 @@ def test_it_waits_for_the_end_of_edit_mode(clock):
     bpy.ops.object.mode_set(mode="EDIT")
     done = session.latest()
     bpy.context.view_layer.update()
-    live_updates.see_change()
+    live_updates.follower.see_change()
     settle(clock)
     assert session.latest() is done
     bpy.ops.object.mode_set(mode="OBJECT")

@@ -9,17 +9,13 @@ from detp.core.errors import NoMeshError  # noqa: E402
 from detp.detp_addon.command.command import main  # noqa: E402
 from detp.detp_addon.writing.baked_layers import LAYERS_MARK  # noqa: E402
 from detp.detp_addon.writing.modifiers import KEEPS_FACES, REPEATS, apply_modifiers  # noqa: E402
-from made_scenes import diffuse, fresh, lamp, linked, map_to_unit_square, quad, read, world  # noqa: E402
+from made_scenes import diffuse, lamp, linked, map_to_unit_square, quad, read  # noqa: E402
 from small_scenes import colours, opened, saved  # noqa: E402
 
 DIRECT = ["--error", "50%", "--indirect", "off", "--quiet"]
 
 
-@pytest.fixture(autouse=True)
-def scene():
-    made = fresh()
-    world((0, 0, 0))
-    return made
+pytestmark = pytest.mark.usefixtures("dark_scene")
 
 
 def add(obj, kind, **settings):

@@ -8,26 +8,20 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from beside_cycles import emitted  # noqa: E402
-from made_scenes import fresh, lamp, linked, material, mesh, node, quad, read, with_nodes  # noqa: E402
+from made_scenes import constant, lamp, linked, material, mesh, node, quad, read, with_nodes  # noqa: E402
 
 COLOUR = (0.9, 0.5, 0.2, 1)
 
 
-@pytest.fixture(autouse=True)
-def scene():
-    return fresh()
+pytestmark = pytest.mark.usefixtures("scene")
 
 
 def rgb(tree):
-    made = tree.nodes.new("ShaderNodeRGB")
-    made.outputs[0].default_value = COLOUR
-    return made.outputs[0]
+    return constant(tree, COLOUR[:3])
 
 
 def set_number(tree):
-    made = tree.nodes.new("ShaderNodeValue")
-    made.outputs[0].default_value = 1.7
-    return made.outputs[0]
+    return constant(tree, 1.7)
 
 
 def muted(made, output=0):

@@ -13,6 +13,7 @@ from detp.detp_addon.request import BakeRequest
 from detp.detp_addon.steps import JobProgress
 from detp.detp_addon.writing.baked_layers import error_there
 from detp.detp_addon.writing.encoding import fit_stored
+from small_scenes import colours
 
 pytestmark = pytest.mark.usefixtures("addon")
 
@@ -31,13 +32,6 @@ def scene():
     holder.location = (1, 1, 2)
     bpy.context.scene.collection.objects.link(holder)
     return bpy.context.scene
-
-
-def colours(name: str, attribute: str = "irradiance") -> np.ndarray:
-    layer = bpy.data.objects[name].data.attributes[attribute]
-    values = np.empty(4 * len(layer.data), np.float32)
-    layer.data.foreach_get("color", values)
-    return values.reshape(-1, 4)
 
 
 def everything() -> dict:

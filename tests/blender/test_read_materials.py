@@ -8,8 +8,8 @@ bpy = pytest.importorskip("bpy")
 from detp.detp_addon.reading.glass_bodies import mean_reflectance  # noqa: E402
 from detp.detp_addon.reading.highlights import reflected_above  # noqa: E402
 from made_scenes import (  # noqa: E402
+    constant,
     diffuse,
-    fresh,
     image,
     linked,
     map_to_unit_square,
@@ -21,10 +21,7 @@ from made_scenes import (  # noqa: E402
     with_nodes,
 )
 
-
-@pytest.fixture(autouse=True)
-def scene():
-    return fresh()
+pytestmark = pytest.mark.usefixtures("scene")
 
 
 def surface_of(build, obj=None):
@@ -427,12 +424,6 @@ def test_patterns_count_as_their_mean_and_are_named():
     albedo, _, _, result = surface_of(build)
     assert np.allclose(albedo, (0.3, 0.1, 0.2), atol=0.01)
     assert any("Noise" in warning for warning in result.warnings)
-
-
-def constant(tree, shade):
-    made = tree.nodes.new("ShaderNodeRGB")
-    made.outputs[0].default_value = (*shade, 1)
-    return made.outputs[0]
 
 
 def mixed(tree, blend, factor=0.5):

@@ -6,12 +6,9 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from detp.detp_addon.reading import joined_rows  # noqa: E402
-from made_scenes import cube, fresh, linked, mesh, quad, read  # noqa: E402
+from made_scenes import cube, linked, mesh, quad, read  # noqa: E402
 
-
-@pytest.fixture(autouse=True)
-def scene():
-    return fresh()
+pytestmark = pytest.mark.usefixtures("scene")
 
 
 def smooth(obj):

@@ -12,10 +12,7 @@ from detp.core.stages import finished  # noqa: E402
 from detp.detp_addon.reading.glass_bodies import mean_reflectance  # noqa: E402
 from made_scenes import cube, fresh, image, lamp, linked, map_to_unit_square, material, mesh, node, quad, read  # noqa: E402
 
-
-@pytest.fixture(autouse=True)
-def scene():
-    return fresh()
+pytestmark = pytest.mark.usefixtures("scene")
 
 
 def worn(obj, kind, settings=None, **inputs):

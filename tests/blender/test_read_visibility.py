@@ -12,7 +12,6 @@ from made_scenes import (  # noqa: E402
     all_counts,
     cube,
     diffuse,
-    fresh,
     lamp,
     linked,
     material,
@@ -23,10 +22,7 @@ from made_scenes import (  # noqa: E402
     world,
 )
 
-
-@pytest.fixture(autouse=True)
-def scene():
-    return fresh()
+pytestmark = pytest.mark.usefixtures("scene")
 
 
 def normals_of(scene):

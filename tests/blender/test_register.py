@@ -18,13 +18,6 @@ def handlers() -> list:
     return [handler for kind in kinds for handler in getattr(bpy.app.handlers, kind) if "detp" in handler.__module__]
 
 
-@pytest.fixture
-def addon():
-    detp_addon.register()
-    yield
-    detp_addon.unregister()
-
-
 def test_register_unregister_register():
     detp_addon.register()
     assert len(registered()) == len(CLASSES) and len(handlers()) == 6

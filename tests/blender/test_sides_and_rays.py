@@ -6,17 +6,13 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from beside_cycles import beside_cycles  # noqa: E402
-from made_scenes import diffuse, fresh, lamp, linked, material, mesh, node, quad, read, world  # noqa: E402
+from made_scenes import diffuse, lamp, linked, material, mesh, node, quad, read, world  # noqa: E402
 
 #: metres between the stations, each a floor with something above it
 APART = 60.0
 
 
-@pytest.fixture(autouse=True)
-def scene():
-    made = fresh()
-    world((0, 0, 0))
-    return made
+pytestmark = pytest.mark.usefixtures("dark_scene")
 
 
 def output(tree, kind, name):

@@ -5,6 +5,7 @@ import sys
 
 import bpy
 import pytest
+from detp.core.stages import finished
 from detp.core.study import quasi_static, run
 from detp.core.study.run import Extent
 from detp.detp_addon.command.command import main
@@ -53,21 +54,14 @@ def test_it_writes_figures_tables_and_a_report_and_asks_for_matplotlib(samples, 
 def test_it_draws_every_plot(tmp_path):
     pytest.importorskip("matplotlib")
     import numpy as np
-    from detp.core.study.fields import uniform_discs, uniform_lines
-    from detp.core.study.scene import StudyScene
+    from detp.core.study.fields import StudyScene, uniform_discs, uniform_lines
     from detp.detp_addon.study.plots import draw
     from detp.detp_addon.study.report import PLOTS
 
     generator = np.random.default_rng(1)
     discs = uniform_discs("surface", 300, 0.1, generator)
     scene = StudyScene("ball", 600, discs.centres, discs.normals, 0.1, uniform_lines(1500, generator))
-    steps = run.run({"ball": lambda: scene}, {}, TINY)
-    while True:
-        try:
-            next(steps)
-        except StopIteration as stop:
-            draw(stop.value, tmp_path)
-            break
+    draw(finished(run.run({"ball": lambda: scene}, {}, TINY)), tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == {f"{n}.{end}" for n in PLOTS for end in ("svg", "png")}
 
 

@@ -6,12 +6,9 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from beside_cycles import emitted  # noqa: E402
-from made_scenes import fresh, image, linked, material, mesh, node, read  # noqa: E402
+from made_scenes import image, linked, material, mesh, node, read  # noqa: E402
 
-
-@pytest.fixture(autouse=True)
-def scene():
-    return fresh()
+pytestmark = pytest.mark.usefixtures("scene")
 
 
 def clipped(polygon, axis, limit, below):

@@ -10,19 +10,21 @@ import pytest
 from detp.core.settings import BakeSettings
 from detp.detp_addon.command.command import main
 from detp.detp_addon.tradeoff import candidates
-from detp.detp_addon.tradeoff.candidates import MeasuredBake
+from detp.detp_addon.tradeoff.candidates import Measured
 from small_scenes import cube, grid, lamp, opened, painted, saved
 
-FEW = (
-    MeasuredBake("few", "quality", BakeSettings(photons=2000), preset=True),
-    MeasuredBake("many", "disc-index", BakeSettings(photons=8000)),
-)
+
+def few(_radius, _quick, _names):
+    return [
+        Measured("few", "quality", BakeSettings(photons=2000), preset=True),
+        Measured("many", "disc-index", BakeSettings(photons=8000)),
+    ]
 
 
 @pytest.fixture
 def empty(tmp_path, monkeypatch):
     """An empty scene, where bakes of ours have few photons; returns the path to save it at."""
-    monkeypatch.setattr(candidates, "candidates", lambda radius, quick, names: FEW)
+    monkeypatch.setattr(candidates, "candidates", few)
     bpy.ops.wm.read_factory_settings(use_empty=True)
     return tmp_path / "scene.blend"
 

@@ -7,7 +7,7 @@ from detp.detp_addon.command.command import _parser
 from detp.detp_addon.tradeoff.candidates import candidates
 from detp.detp_addon.tradeoff.cycles_bake import extrapolated_seconds
 from detp.detp_addon.tradeoff.face_copies import INWARD, CopiedFaces
-from detp.detp_addon.tradeoff.light_errors import equal_error_seconds, figures, pareto_front
+from detp.detp_addon.tradeoff.figures import equal_error_seconds, figures, pareto_front
 
 
 def test_the_front_holds_what_nothing_beats():

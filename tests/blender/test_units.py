@@ -15,12 +15,7 @@ from detp.detp_addon.units import metres_per_unit  # noqa: E402
 from made_scenes import fresh, lamp, linked, material, mesh, node, quad, read, world  # noqa: E402
 from small_scenes import colours  # noqa: E402
 
-
-@pytest.fixture(autouse=True)
-def scene():
-    made = fresh()
-    world((0, 0, 0))
-    return made
+pytestmark = pytest.mark.usefixtures("dark_scene")
 
 
 def units(scale, system="METRIC"):

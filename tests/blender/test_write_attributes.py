@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from detp.core.errors import AttributeNameTakenError, EditModeError, InvalidSettingError
 from detp.detp_addon.writing import write_attributes
+from detp.detp_addon.writing.baked_layers import stored_colours
 from detp.detp_addon.writing.write_attributes import (
     MeshColours,
     check_attribute_name,
@@ -37,10 +38,7 @@ def ramp(obj, domain="CORNER", start=0.0):
 
 
 def colours(mesh, name="light"):
-    layer = mesh.attributes[name]
-    values = np.empty((len(layer.data), 4), np.float32)
-    layer.data.foreach_get("color", values.ravel())
-    return values
+    return stored_colours(mesh.attributes[name])
 
 
 def layers(mesh):

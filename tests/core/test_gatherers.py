@@ -8,7 +8,8 @@ from detp.core import parallel
 from detp.core.crossing import crosses
 from detp.core.discs import TangentDiscs
 from detp.core.errors import InvalidSettingError
-from detp.core.gatherers import brute_force, disc_index, sphere_cache, streams
+from detp.core.gatherers import brute_force, disc_index, sphere_cache
+from detp.core.gatherers import gatherer as portioned
 from detp.core.gatherers.brute_force import BruteForce
 from detp.core.gatherers.choose import make_gatherer
 from detp.core.gatherers.disc_index import DiscIndex
@@ -233,7 +234,7 @@ class TestContract:
         monkeypatch.setattr(disc_index, "SEGMENTS", 100)
         monkeypatch.setattr(sphere_cache, "SEGMENTS", 100)
         monkeypatch.setattr(brute_force, "SEGMENTS", 2)
-        monkeypatch.setattr(streams, "PAIRS", 1000)
+        monkeypatch.setattr(portioned, "PAIRS", 1000)
         generator = np.random.default_rng(3)
         discs, _ = volume(generator, 1.0)
         origins, ends = generator.uniform(-1, 1, (2, 2000, 3))
@@ -257,7 +258,7 @@ def test_many_discs_larger_than_the_scene_come_in_bounded_chunks():
     for name in ("disc-index", "sphere-cache", "brute-force"):
         gatherer, _ = make_gatherer(name, discs)
         sizes = [len(chunk) for chunk in gatherer.crossings(segments)]
-        assert max(sizes) <= streams.PAIRS
+        assert max(sizes) <= portioned.PAIRS
         counts[name] = sum(sizes)
     assert len(set(counts.values())) == 1 and counts["brute-force"] > 1e6
 

@@ -5,7 +5,7 @@ import threading
 import numpy as np
 import pytest
 from detp.core import parallel
-from detp.core.gatherers import streams
+from detp.core.gatherers import gatherer as searching
 from detp.core.gatherers.balanced_tree import BalancedTree
 from detp.core.gatherers.disc_index import facing_octants, is_slanted, octants_of
 from detp.core.gatherers.gatherer import Crossings
@@ -127,10 +127,10 @@ def test_streams_take_turns_whatever_the_number_of_threads(monkeypatch):
 
 
 def test_portions_are_full_but_bounded_and_end_even_when_empty(monkeypatch):
-    monkeypatch.setattr(streams, "PAIRS", 10)
+    monkeypatch.setattr(searching, "PAIRS", 10)
     found = [Crossings(np.arange(count), np.arange(count)) for count in (4, 5, 3, 0, 0, 0, 12, 1)]
-    assert [len(portion) for portion in streams.portions(found, 3)] == [9, 3, 0, 12, 1]
-    assert [len(portion) for portion in streams.portions([], 3)] == [0]
+    assert [len(portion) for portion in searching.portions(found, 3)] == [9, 3, 0, 12, 1]
+    assert [len(portion) for portion in searching.portions([], 3)] == [0]
 
 
 def test_lanes_search_every_row_once():
@@ -138,7 +138,7 @@ def test_lanes_search_every_row_once():
         yield Crossings(np.arange(rows.start, rows.stop), np.zeros(rows.stop - rows.start, np.int64))
 
     for count in (0, 1, 99, 100, 1000, 12345):
-        found = list(streams.in_lanes(count, 100, search))
+        found = list(searching.in_lanes(count, 100, search))
         assert np.array_equal(
             np.sort(np.concatenate([np.zeros(0, int), *[c.segment for c in found]])), np.arange(count)
         )

@@ -4,25 +4,10 @@ import numpy as np
 import pytest
 from detp.core.discs import TangentDiscs
 from detp.core.gatherers.choose import make_gatherer
-from detp.core.gatherers.sphere_cache import meets
-from detp.core.segments import Segments
+from detp.core.study.crofton import share_met
+from detp.core.study.fields import uniform_lines, unit
+from detp.core.study.theory import share_through
 from scipy.stats import norm
-
-BALL = 2.0
-
-
-def unit(rows):
-    return rows / np.linalg.norm(rows, axis=1)[:, None]
-
-
-def uniform_lines(count, generator):
-    """Chords of the ball: uniform directions, uniform over the disc that the ball shows each of them."""
-    direction = unit(generator.normal(size=(count, 3)))
-    side = unit(np.cross(direction, generator.normal(size=(count, 3))))
-    away = BALL * np.sqrt(generator.random(count))
-    half = np.sqrt(np.maximum(BALL**2 - away**2, 0.0))[:, None] * direction
-    middle = away[:, None] * side
-    return middle - half, middle + half
 
 
 def check_rates(hits, trials, probabilities):
@@ -35,22 +20,19 @@ def check_rates(hits, trials, probabilities):
 @pytest.mark.parametrize("name, count", [("disc-index", 400_000), ("sphere-cache", 400_000), ("brute-force", 100_000)])
 def test_a_disc_is_crossed_from_its_front_by_d2_over_4_r2_of_the_lines(name, count):
     generator = np.random.default_rng(11)
-    radii = generator.uniform(0.02, 0.6, 40)
-    centres = unit(generator.normal(size=(40, 3))) * ((BALL - radii) * generator.random(40))[:, None]
+    radii = generator.uniform(0.01, 0.3, 40)
+    centres = unit(generator.normal(size=(40, 3))) * ((1.0 - radii) * generator.random(40))[:, None]
     discs = TangentDiscs(centres, generator.normal(size=(40, 3)), radii)
-    segments = Segments(*uniform_lines(count, generator), np.ones((count, 3)), np.zeros(count, np.uint16))
     hits = np.zeros(40)
-    for crossings in make_gatherer(name, discs)[0].crossings(segments):
+    for crossings in make_gatherer(name, discs)[0].crossings(uniform_lines(count, generator)):
         hits += np.bincount(crossings.disc, minlength=40)
-    check_rates(hits, count, radii**2 / (4 * BALL**2))
+    check_rates(hits, count, radii**2 / 4)
 
 
 def test_an_inner_sphere_is_met_by_r2_over_r2_of_the_lines():
     generator = np.random.default_rng(12)
-    origins, ends = uniform_lines(300_000, generator)
-    radii = generator.uniform(0.05, 1.0, 20)
-    centres = unit(generator.normal(size=(20, 3))) * ((BALL - radii) * generator.random(20))[:, None]
-    step = ends - origins
-    rays = np.concatenate([origins.T, step.T, 1 / (step**2).sum(axis=1)[None]]).astype(np.float32)
-    met = meets(rays, centres.T[:, :, None].astype(np.float32), (radii[:, None] ** 2).astype(np.float32))
-    check_rates(met.sum(axis=1), len(origins), (radii / BALL) ** 2)
+    lines = uniform_lines(300_000, generator)
+    radii = generator.uniform(0.025, 0.5, 20)
+    centres = unit(generator.normal(size=(20, 3))) * ((1.0 - radii) * generator.random(20))[:, None]
+    met = [share_met(lines, centres[at : at + 1], radius)[0] for at, radius in enumerate(radii)]
+    check_rates(np.array(met) * len(lines), len(lines), share_through(radii, 1.0))

@@ -11,7 +11,7 @@ from detp.core.gatherers.choose import make_gatherer
 from detp.core.gatherers.disc_index import DiscIndex
 from detp.core.gatherers.gatherer import Counts
 from detp.core.gatherers.hybrid import Hybrid
-from detp.core.gatherers.outer_spheres import Sphere, SphereLists, walked_on
+from detp.core.gatherers.outer_spheres import Sphere, SphereLists, sphere_around, walked_on
 from detp.core.settings import BakeSettings
 from detp.core.study.fields import uniform_discs, uniform_lines, uniform_points
 from detp.core.study.theory import SearchProblem, outer_sphere_tests
@@ -107,10 +107,11 @@ def test_the_formula_counts_the_comparisons_with_outer_spheres():
     segments = lines(4000)
     problem = SearchProblem(len(segments), MOVING, 0.05, 1.0, 2.0)
     for step, steps in ((0.005, 60), (0.05, 16)):
-        hybrid, counts = Hybrid(scene(way(1)[0]), MOVES, q=0.6), Counts()
+        lists, spheres, counts = SphereLists(), (), Counts()
+        first = sphere_around(scene(way(1)[0])).radius
         for number, at in enumerate(way(steps, step)):
-            hybrid = hybrid.moved(scene(at))
-            hybrid.mobile.near(segments, counts if number else None)
+            spheres = walked_on(spheres, sphere_around(scene(at).taken(MOVES)), first, 0.6)
+            lists.near(segments, spheres, counts if number else None)
         counted = counts.totals()["nodes"] / (steps - 1)
         assert 0.4 < outer_sphere_tests(problem, 0.15, step, 0.6) / counted < 2.5
 

@@ -14,42 +14,25 @@ from detp.core.lights.spot import SpotLight
 from detp.core.lights.sun import SunLight
 from detp.core.lights.world import UniformWorld
 from detp.core.sampling import disc, frames, sphere
+from made_lights import (
+    AT,
+    COLOUR,
+    CORNERS,
+    GLOW,
+    LEAST_P,
+    LIGHTS,
+    PICTURE,
+    SHEARED,
+    STRETCHED,
+    UP,
+    assert_uniform,
+    turn,
+)
 from scipy.stats import chisquare
 
 RAYS = 40_000
 PARTICLES = 150_000
-LEAST_P = 0.001
 BOX = Bounds(np.array([-1.0, -1.0, -1.0]), np.array([1.0, 1.0, 1.0]))
-COLOUR = np.array([2.0, 1.0, 0.5])
-AT = np.array([0.3, -0.1, 0.8])
-UP = np.array([0.0, 0.0, 1.0])
-STRETCHED = np.array([[2.0, 0.3, 0.2], [0.0, 1.0, 0.1], [0.1, 0.0, 1.5]])
-SQUARE = (0.5, 0, 0), (0, 0.3, 0.1)
-SHEARED = (0.5, 0.1, 0), (0.2, 0.3, 0.1)
-CORNERS = np.array([[(0.5, -0.2, 0.3), (0.1, 0.6, 0.8), (-0.4, -0.3, 0.6)], [(-0.6, 0, 1), (0, 0.6, 0.9), (0, 0, 0.7)]])
-GLOW = np.array([COLOUR, -0.3 * COLOUR])
-PICTURE = np.random.default_rng(7).random((5, 8, 3)) ** 4
-
-# Each takes the colour's sign, so that a negative and a black lamp can be made of it.
-LIGHTS = {
-    "point": lambda s: PointLight(AT, s * COLOUR),
-    "point sphere": lambda s: PointLight(AT, s * COLOUR, 0.2),
-    "point soft": lambda s: PointLight(AT, s * COLOUR, 0.2, True),
-    "spot": lambda s: SpotLight(AT, (-0.2, 0, -1), s * COLOUR, 1.2, 0.5),
-    "spot hard": lambda s: SpotLight(AT, (-0.2, 0, -1), s * COLOUR, 1.2, 0.0),
-    "spot stretched sphere": lambda s: SpotLight(AT, STRETCHED, s * COLOUR, 1.8, 0.5, 0.2),
-    "spot mirrored soft": lambda s: SpotLight(AT, STRETCHED * (1, -1, 1), s * COLOUR, 1.8, 0.2, 0.2, True),
-    "sun": lambda s: SunLight((0.3, 0.2, -1), s * COLOUR),
-    "sun wide": lambda s: SunLight((0.3, 0.2, -1), s * COLOUR, 2.0),
-    "rectangle": lambda s: AreaLight(AT, *SQUARE, s * COLOUR),
-    "rectangle with spread": lambda s: AreaLight(AT, *SQUARE, s * COLOUR, spread=1.2),
-    "parallelogram": lambda s: AreaLight(AT, *SHEARED, s * COLOUR, spread=2.0),
-    "ellipse": lambda s: AreaLight(AT, *SHEARED, s * COLOUR, "ellipse"),
-    "ellipse with spread": lambda s: AreaLight(AT, (1.5, 0.1, 0), (0.2, 1.3, 0.1), s * COLOUR, "ellipse", 0.7),
-    "beam": lambda s: AreaLight(AT, *SHEARED, s * COLOUR, spread=0.0),
-    "emissive": lambda s: EmissiveTriangles(CORNERS, s * GLOW),
-    "picture": lambda s: EnvironmentWorld(s * PICTURE),
-}
 SHARP = ("point", "spot", "spot hard", "sun", "beam")
 each_light = pytest.mark.parametrize("name", LIGHTS)
 
@@ -343,18 +326,12 @@ def test_lights_far_away_are_points(name):
 # --- directions have the density they state ---
 
 
-def assert_uniform(*values):
-    """Values that are probabilities of smaller ones fill the unit square evenly (chi-square)."""
-    counts, _ = np.histogramdd(np.clip(np.stack(values, axis=1), 0, 1), bins=16, range=[(0, 1)] * len(values))
-    assert chisquare(counts.ravel()).pvalue > LEAST_P
-
-
 def about(axis, directions):
     """1 - cos of the angle from ``axis``, exact for small ones, and the share of a turn."""
     axis = unit(axis)
     first, second = frames(axis)
     fall = 0.5 * ((directions - axis) ** 2).sum(axis=1)
-    return fall, np.arctan2(directions @ second, directions @ first) / (2 * np.pi) + 0.5
+    return fall, turn(directions @ first, directions @ second)
 
 
 @pytest.mark.parametrize(
@@ -371,8 +348,8 @@ def about(axis, directions):
 )
 def test_cones_are_filled_evenly(light, point, axis, fall):
     rays = rays_from(light, point)
-    fallen, turn = about(axis, rays.directions)
-    assert_uniform(fallen / fall, turn)
+    fallen, turned = about(axis, rays.directions)
+    assert_uniform(fallen / fall, turned)
     assert rays.density == pytest.approx(1 / (2 * np.pi * fall))
 
 

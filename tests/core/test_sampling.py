@@ -14,28 +14,14 @@ from detp.core.sampling import (
     sphere,
     triangle,
 )
+from made_lights import LEAST_P, assert_uniform, turn
 from scipy.stats import chisquare
 
 SAMPLES = 200_000
-LEAST_P = 0.001
 
 
 def uniforms(columns, seed=1):
     return np.random.default_rng(seed).random((SAMPLES, columns))
-
-
-def assert_uniform(*values):
-    """Each value is the probability of a smaller one: together they must fill the unit square (or line) evenly."""
-    stacked = np.stack(values, axis=1)
-    assert stacked.min() >= -1e-9
-    assert stacked.max() <= 1 + 1e-9
-    counts, _ = np.histogramdd(np.clip(stacked, 0, 1), bins=16, range=[(0, 1)] * len(values))
-    assert chisquare(counts.ravel()).pvalue > LEAST_P
-
-
-def turn(x, y):
-    """Azimuth as a share of a full turn."""
-    return np.arctan2(y, x) / (2 * np.pi) + 0.5
 
 
 def unit(vector):

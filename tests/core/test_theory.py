@@ -2,14 +2,12 @@
 
 import numpy as np
 import pytest
-from detp.core.discs import TangentDiscs
 from detp.core.gatherers.brute_force import BruteForce
 from detp.core.gatherers.disc_index import DiscIndex
 from detp.core.gatherers.gatherer import KINDS, Counts
 from detp.core.gatherers.sphere_cache import SphereCache
 from detp.core.machine import this_machine
 from detp.core.parallel import worker_count
-from detp.core.study.crofton import share_met
 from detp.core.study.fields import spacing, uniform_discs, uniform_lines
 from detp.core.study.measure import counted
 from detp.core.study.theory import (
@@ -17,11 +15,9 @@ from detp.core.study.theory import (
     best_q,
     disc_index_tests,
     rebuild_cost,
-    share_through,
     sphere_cache_tests,
     spheres_made,
 )
-from scipy.stats import norm
 
 
 def pairs_of(gatherer, segments, counts=None):
@@ -51,20 +47,6 @@ def test_rebuild_cost_is_the_sum_over_the_spheres():
             sums.append((radii / q) ** 2 @ radii**-dimension / rebuild_cost(q, dimension))
         # Up to the ends of the sum, the same factor for every Q.
         assert np.ptp(sums) < 0.02 * np.mean(sums)
-
-
-def test_uniform_lines_meet_spheres_and_discs_by_their_surfaces():
-    generator = np.random.default_rng(2)
-    lines = uniform_lines(40_000, generator)
-    centres = np.array([[0.0, 0.0, 0.0], [0.5, 0.3, -0.2], [-0.1, 0.7, 0.1]])
-    radii = np.array([0.05, 0.1, 0.2])
-    met = [share_met(lines, centres[at : at + 1], radius)[0] for at, radius in enumerate(radii)]
-    discs = TangentDiscs(centres, generator.normal(size=(3, 3)), radii)
-    crossed = np.bincount(np.concatenate([c.disc for c in BruteForce(discs).crossings(lines)]), minlength=3) / 40_000
-    # A disc's surface is twice its area, and half of the lines that meet it come from behind.
-    for measured, expected in ((met, share_through(radii, 1.0)), (crossed, share_through(radii, 1.0) / 4.0)):
-        z = (measured - expected) / np.sqrt(expected * (1 - expected) / 40_000)
-        assert np.abs(z).max() < norm.isf(0.01 / 12)
 
 
 @pytest.mark.parametrize("kind, dimension", [("volume", 3.0), ("surface", 2.0)])

@@ -190,7 +190,7 @@ def test_balls_hold_all_that_changed_and_are_apart_where_that_is():
     parts = np.concatenate([np.random.default_rng(2).uniform(0, 1, (9, 3, 3)) + at for at in (0, (7, 0, 0), (0, 9, 9))])
     balls = Balls.around(parts)
     assert len(balls) == 3 and (balls.radii < 1.0).all()
-    assert (balls.distances(parts.reshape(-1, 3)) < 1.0).all()
+    assert balls.reach(parts.reshape(-1, 3), 0.0).all()
 
 
 def test_rays_into_cones_bring_the_light_that_comes_from_there():

@@ -18,6 +18,7 @@ import numpy as np
 from detp import detp_addon
 from detp.core.errors import DetpError
 from detp.core.settings import BakeSettings
+from detp.core.stages import finished
 from detp.detp_addon.command.command import main
 from detp.detp_addon.job import bake_scene
 from detp.detp_addon.panel import session
@@ -90,13 +91,7 @@ def _by_job(settings: dict, request: dict) -> str:
     before = fingerprint()
     try:
         wanted = BakeRequest(BakeSettings(**settings), **request)
-        steps = bake_scene(bpy.context.scene, bpy.context.view_layer, wanted)
-        while True:
-            try:
-                next(steps)
-            except StopIteration as stop:
-                report = stop.value
-                break
+        report = finished(bake_scene(bpy.context.scene, bpy.context.view_layer, wanted))
     except DetpError as error:
         judge_refusal(str(error), type(error).__name__, before, request)
     judge_bake(before, request, report.objects, report.warnings)

@@ -46,11 +46,12 @@ def animate_file(source: Path, output: Path, options: dict, frames: Frames, disp
         with blender_silenced():
             used = use_in_materials(scene.objects, request.attribute, options["use_in_material"])
         notes += [used.sentence(), *used.notes]
+    if texture is not None:
+        # The scene gets the UV map by which engines find their rows, so it is saved after that.
+        pixels, description = texture_of(scene, request.attribute)
     with blender_silenced():
         save_blend(output, compressed)
-    if texture is not None:
-        pixels, description = texture_of(scene, request.attribute)
-        with blender_silenced():
+        if texture is not None:
             write_texture(texture, pixels, description)
     report = replace(report, scene=str(source), output=str(output), warnings=(*notes, *report.warnings))
     if report_file is not None:

@@ -14,6 +14,7 @@ from .disc_index import DiscIndex
 from .gatherer import Counts, Crossings, Gatherer
 from .outer_spheres import SphereLists, sphere_around, walked_on
 from .sphere_cache import SphereCache
+from .sphere_plan import Q
 
 Search = Callable[[TangentDiscs], Gatherer]
 
@@ -48,7 +49,7 @@ class Hybrid:
         moving: np.ndarray | None = None,
         still: Search = DiscIndex,
         mobile: Search = SphereCache,
-        q: float = 0.62,
+        q: float = Q,
     ):
         moving = checked_moving(moving, len(discs))
         self._discs, self.moving, self._searches, self._q = discs, moving, (still, mobile), q

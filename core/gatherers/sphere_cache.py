@@ -14,7 +14,7 @@ from .gatherer import Counts
 from .local_frame import MARGIN, Pieces
 from .patch_search import PatchSearch
 from .patches import Stretches
-from .sphere_plan import SpherePlan
+from .sphere_plan import SLACK, Q, SpherePlan
 
 SEGMENTS = 1 << 17  # most whose lists are kept at the same time
 TESTS = 1 << 16  # segments and spheres compared together
@@ -27,7 +27,7 @@ class SphereCache(PatchSearch):
 
     discs        the TangentDiscs to search
     q            ratio of one sphere's radius to that around it, 0 < q < 1; the study found 0.6 to 0.7 best
-    last_radius  the innermost sphere's least radius in metres; None: 1.5 median radii of the discs. A sphere
+    last_radius  the innermost sphere's least radius in metres; None: SLACK median radii of the discs. A sphere
                  hardly larger than a disc serves that one alone, a much larger one has a long list.
     sort         walk the discs along a space-filling curve and not in their given order
     short        lists serve all their discs at once when they are this short, by entries times discs: further spheres
@@ -41,7 +41,7 @@ class SphereCache(PatchSearch):
     def __init__(
         self,
         discs: TangentDiscs,
-        q: float = 0.62,
+        q: float = Q,
         last_radius: float | None = None,
         sort: bool = True,
         short: float = SHORT,
@@ -56,7 +56,7 @@ class SphereCache(PatchSearch):
         if len(discs) == 0:
             return
         self._short = short
-        last = last_radius if last_radius is not None else 1.5 * float(np.median(discs.radii))
+        last = last_radius if last_radius is not None else SLACK * float(np.median(discs.radii))
         plan = self._plan = SpherePlan.of(discs.centres, discs.radii, q, last)
         self._centre = self._frame.local(plan.centre).T.astype(np.float32)
         reach = plan.radius / self._frame.unit * (1.0 + 1e-5) + 2.0 * MARGIN

@@ -6,13 +6,11 @@ import numpy as np
 
 from ..discs import TangentDiscs
 from ..gatherers.sphere_cache import SphereCache
+from ..gatherers.sphere_plan import SLACK, Q
 from ..segments import Segments
 from .fields import KINDS, spacing, uniform_discs, uniform_lines
 from .measure import counted_and_timed, lowest
 from .theory import SearchProblem, sphere_cache_tests
-
-#: The last sphere's radius over a disc's, while Q varies; and Q, while that varies.
-SLACK, Q = 1.5, 0.62
 
 
 def q_rows(kind: str, points: int, lines: int, sort: bool = True, least: float = 0.2, most: float = 0.95) -> list[dict]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..gatherers.disc_index import LEAF
 from ..gatherers.gatherer import Counts
+from ..gatherers.sphere_plan import SLACK
 from .fields import StudyScene, uniform_discs, uniform_lines
 from .frame_ways import ALONE, WHOLE, Way
 from .frames import Frame, MovingObject
@@ -98,7 +99,7 @@ def theory(name: str, moving: MovingObject) -> float:
         seen = outer_sphere_tests(outside, radius, moving.step, q) + whole * float(share_through(last, around))
     if name.startswith("disc-index"):
         return seen + sum(disc_index_tests(inside, LEAF))
-    return seen + sum(sphere_cache_tests(inside, q, 1.5 * disc))
+    return seen + sum(sphere_cache_tests(inside, q, SLACK * disc))
 
 
 def figures(rows: list[dict]) -> dict:

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..discs import TangentDiscs
 from ..gatherers.disc_index import LEAF
-from ..gatherers.sphere_plan import around
+from ..gatherers.sphere_plan import SLACK, Q, around
 
 #: Spheres that a walk along the Morton curve makes, over (r0 / (r - d))^D, for D = 2 and 3: each is centred where the
 #: walk left the one before, half of it lies behind, and the curve leaves it again and again. Measured on a sphere's
@@ -134,7 +134,7 @@ def search_tests(name: str, problem: SearchProblem) -> float:
     """All comparisons of the search of that ``name``, "sphere-cache", with the Q and the last sphere that it takes by
     itself, "disc-index" or "disc-index, unbalanced"."""
     if name == "sphere-cache":
-        return sum(sphere_cache_tests(problem, 0.62, 1.5 * problem.radius))
+        return sum(sphere_cache_tests(problem, Q, SLACK * problem.radius))
     # The tree keeps discs apart by six sides; on a surface these lie apart anyway.
     roots = 6 if problem.dimension > 2.5 else 1
     return sum(disc_index_tests(problem, LEAF, "unbalanced" not in name, roots))

@@ -14,6 +14,9 @@ _MOST = 0.99
 #: Fibonacci: rare steep ones tell at small roughnesses
 _COSINES, _FACETS = 5, 233
 
+#: both of :func:`_means` by whole hundredths of the root and the roughness, once they have been asked for
+_KNOWN = np.full((2, 101 * 101), np.nan)
+
 
 def reflected_above(ior, level, tint, roughness) -> np.ndarray:
     """Share (m, 3) of even light that is reflected by a boundary of those indices of refraction, Specular IOR levels
@@ -44,10 +47,11 @@ def _known_means(root, roughness) -> np.ndarray:
     """Both of :func:`_means` (2, m or 1, 1), looked up by whole hundredths: textures have millions of places."""
     wide = np.clip(np.nan_to_num(roughness), 0.0, 1.0)
     number = np.rint(100.0 * root).astype(np.int64) * 101 + np.rint(100.0 * wide).astype(np.int64)
-    known = np.flatnonzero(np.bincount(number.ravel()))
-    means = np.zeros((2, 101 * 101))
-    means[:, known] = _means(known // 101 / 100.0, known % 101 / 100.0)
-    return means.take(number, axis=1)
+    asked = np.flatnonzero(np.bincount(number.ravel()))
+    new = asked[np.isnan(_KNOWN[0, asked])]
+    if len(new):
+        _KNOWN[:, new] = _means(new // 101 / 100.0, new % 101 / 100.0)
+    return _KNOWN.take(number, axis=1)
 
 
 def _means(root: np.ndarray, roughness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -30,7 +30,8 @@ class BakeRequest:
     activate   make the attribute the one that viewport and render show
     encoding   how the light becomes the attribute's numbers
     look       beside it, a layer with what the surfaces look like in the light, which the viewport shows
-    cluster    the address of a Dask scheduler whose workers do the heavy work, or "local"; None: this machine does
+    cluster    the address of a Dask scheduler whose workers do the heavy work; "local": a process for each processor of
+               this machine; None: these where it pays
     beside     how many bakes share this machine's processors
 
     Raises InvalidSettingError on anything else.

@@ -25,9 +25,12 @@ from ..photons.photon_light import PhotonPiece, PhotonSearch, PieceSums
 from ..points import Points
 from ..scene import Scene
 from ..settings import BakeSettings
-from .dask_hands import LOCAL, DaskHands, hands_at
+from .dask_hands import DaskHands, hands_at
 from .packing import packed, unpacked
 from .processes import ProcessHands, processes_at_hand
+
+#: In place of a scheduler's address: processes of this machine, however little there is to do.
+LOCAL = "local"
 
 #: Seconds of one processor of the reference from which on a bake is worth the start of processes.
 WORTH = 4.0
@@ -111,10 +114,10 @@ def crew_of(
 ) -> Iterator[Crew | None]:
     """Who does the heavy parts of a bake; what they do is cancelled at the end.
 
-    The workers of the Dask scheduler at ``address``, or LOCAL. Without an address processes of this machine, whose
-    processors so many bakes ``beside`` each other share, where there is work enough for them and memory; else nobody.
-    Raises ClusterError when workers cannot be had, or do not suit, and OutOfMemoryError when this machine has not
-    memory enough for them.
+    The workers of the Dask scheduler at ``address``; where that is LOCAL a process for each processor of this machine.
+    Without an address as many of these as so many bakes ``beside`` each other leave, where there is work enough for
+    them and memory; else nobody. Raises ClusterError when workers cannot be had, or do not suit, and OutOfMemoryError
+    when this machine has not memory enough for them.
     """
     at_points = "photons" in (settings.direct_by, settings.indirect_by)
     discs = len(points) if at_points else min(len(points), 2 * MOST_CELLS)
@@ -123,9 +126,10 @@ def crew_of(
         count = min(count // beside, workers_that_fit(*sizes))
         pays = count > 1 and processor_seconds(len(points), settings) >= WORTH
         hands = processes_at_hand(count) if pays else nullcontext()
+    elif address == LOCAL:
+        check_workers(*sizes, count)
+        hands = processes_at_hand(count)
     else:
-        if address == LOCAL:
-            check_workers(*sizes, count)
         hands = hands_at(address)
     with hands as ready:
         yield None if ready is None else Crew(ready, uuid.uuid4().hex, scene, points, settings)

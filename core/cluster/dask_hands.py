@@ -19,14 +19,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import ClusterError
-from ..parallel import worker_count
 from .bench import code_identity, worked
 
 if TYPE_CHECKING:
     from distributed import Client, Future
-
-#: The address that starts workers on this machine.
-LOCAL = "local"
 
 #: Seconds to reach a scheduler, and that a bake waits for workers when there are none.
 CONNECT, WAIT = 10.0, 60.0
@@ -48,7 +44,7 @@ def hands_at(address: str, wait: float = WAIT) -> Iterator[DaskHands]:
     """The workers themselves, of which there must be some within ``wait`` seconds."""
     try:
         from dask import config
-        from distributed import Client, LocalCluster
+        from distributed import Client
     except ModuleNotFoundError:
         raise ClusterError('To bake over many workers takes Dask: pip install "detp[cluster]".') from None
     if not __name__.startswith("detp."):
@@ -65,13 +61,6 @@ def hands_at(address: str, wait: float = WAIT) -> Iterator[DaskHands]:
     }
     with ExitStack() as stack:
         stack.enter_context(config.set(quiet))
-        if address == LOCAL:
-            # Whether it fits into memory is for detp to say, and nobody is to be killed for it.
-            cluster = LocalCluster(
-                n_workers=worker_count(), threads_per_worker=1, memory_limit=0, dashboard_address=None,
-                silence_logs=logging.CRITICAL,
-            )  # fmt: skip
-            address = stack.enter_context(cluster).scheduler_address
         try:
             client = stack.enter_context(Client(address, timeout=CONNECT, set_as_default=False))
         except (OSError, ValueError, TimeoutError):

@@ -45,7 +45,8 @@ def _add_files(bake: argparse.ArgumentParser) -> None:
     add("--keep", action="store_true", help="keep beside the output what the next run needs to find anew only what "
         "changed in the scene since")
     add("--cluster", metavar="ADDRESS|local", help="have the workers of the Dask scheduler at that address do the "
-        "heavy work of each bake, or processes on this machine; the light is the same")
+        "heavy work of each bake; local: a process for each processor of this machine, however little there is to do; "
+        "the light is the same")
     add("--time-limit", type=_seconds, metavar="10m", help="give a file up that takes longer than that in all")
     add("--dry-run", action="store_true", help="bake nothing, but say how long each file is likely to take")
 

@@ -123,7 +123,7 @@ def test_bytes_that_are_no_part_of_a_bake_are_refused():
 
 def test_without_dask_a_sentence_says_how_to_get_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "dask", None)
-    with pytest.raises(ClusterError, match=r"pip install"), dask_hands.hands_at("local"):
+    with pytest.raises(ClusterError, match=r"pip install"), dask_hands.hands_at("tcp://127.0.0.1:1"):
         pass
 
 

@@ -165,6 +165,17 @@ def test_processes_are_started_where_they_pay(lit_room, monkeypatch, started, wo
         assert len(started) == (processors if hired else 0)
 
 
+def test_local_processes_work_on_the_smallest_bake_where_there_is_memory(lit_room, monkeypatch, started):
+    monkeypatch.setattr(crews, "worker_count", lambda: 2)
+    with crew_of(*lit_room, QUICK, crews.LOCAL) as crew:
+        assert len(started) == 2
+        same(finished(bake(*lit_room, QUICK, crew=crew)), baked(*lit_room, QUICK))
+    monkeypatch.setattr(memory, "free_bytes", lambda: 1 << 20)
+    with pytest.raises(OutOfMemoryError), crew_of(*lit_room, QUICK, crews.LOCAL):
+        pass
+    assert len(started) == 2
+
+
 def test_workers_are_worth_it_by_what_is_to_be_done():
     quick, long = BakeSettings(quality="draft"), BakeSettings(quality="final")
     assert forecast.processor_seconds(1_000, quick) < crews.WORTH < forecast.processor_seconds(50_000, quick)

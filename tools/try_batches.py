@@ -22,7 +22,7 @@ from detp.detp_addon.tables import markdown_table
 PROGRAM = [sys.executable, "-c", "from detp.detp_addon.command.console import console; console()", "bake"]
 QUICK = ["--photons", "20000", "--radius", "0.3"]
 
-#: makes all scenes, in Blender: rooms of other lamps, one with a texture that is not there, one of a million faces
+#: makes all scenes, in Blender: rooms of other lamps, one with a texture that is not there, one of four million faces
 MAKE = """import bpy, os, sys
 folder, count = sys.argv[1], int(sys.argv[2])
 def saved(name): bpy.ops.wm.save_as_mainfile(filepath=f"{folder}/{name}.blend", copy=True)
@@ -47,7 +47,7 @@ material.node_tree.links.new(node.outputs[0], material.node_tree.nodes["Principl
 floor.data.materials.append(material)
 saved("untextured")
 floor.data.materials.clear()
-for levels in (4, 3):
+for levels in (4, 4):
     modifier = floor.modifiers.new("Subdivision", "SUBSURF")
     modifier.render_levels = levels
     modifier.subdivision_type = "SIMPLE"

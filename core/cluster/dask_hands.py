@@ -12,7 +12,7 @@ import re
 import time
 from collections import deque
 from collections.abc import Iterable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from itertools import count
 from typing import TYPE_CHECKING
 
@@ -59,17 +59,17 @@ def hands_at(address: str, wait: float = WAIT) -> Iterator[DaskHands]:
         "distributed.admin.system-monitor.interval": "10s",
         "distributed.admin.tick.interval": "1s",
     }
-    with ExitStack() as stack:
-        stack.enter_context(config.set(quiet))
+    with config.set(quiet):
         try:
-            client = stack.enter_context(Client(address, timeout=CONNECT, set_as_default=False))
+            client = Client(address, timeout=CONNECT, set_as_default=False)
         except (OSError, ValueError, TimeoutError):
             raise ClusterError(
                 f"No Dask scheduler answers at '{address}': start one with 'dask scheduler', or mend the address."
             ) from None
-        hands = DaskHands(client, address, wait)
-        hands.check()
-        yield hands
+        with client:
+            hands = DaskHands(client, address, wait)
+            hands.check()
+            yield hands
 
 
 class DaskHands:

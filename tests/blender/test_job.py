@@ -21,7 +21,7 @@ from detp.detp_addon.writing import write_attributes
 from fuzz.fingerprint import users
 from small_scenes import box_on_floor, colours, cube, grid
 
-SETTINGS = BakeSettings(photons=20000, radius=0.3)
+SETTINGS = BakeSettings(photons=5000, radius=0.3)
 
 
 @pytest.fixture(autouse=True)

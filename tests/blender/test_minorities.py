@@ -13,7 +13,7 @@ from detp.detp_addon.tradeoff.cycles_bake import bake_with_cycles, light_of, set
 from detp.detp_addon.tradeoff.face_copies import give_light_attribute  # noqa: E402
 from made_scenes import fresh, lamp, material, node, world  # noqa: E402
 
-SAMPLES = 4096
+SAMPLES = 1024
 
 
 def grid(name, size, across, place, turn=(0.0, 0.0, 0.0)):

@@ -83,7 +83,7 @@ def test_what_sides_and_rays_decide_agrees_with_cycles():
     # The tree hardly ever finds a lamp that stands alone in hundreds of metres.
     bpy.context.scene.cycles.use_light_tree = False
     ours, theirs, noise = (
-        values.mean(axis=1).reshape(-1, 4) for values in beside_cycles(floor, photons=60_000, samples=512)
+        values.mean(axis=1).reshape(-1, 4) for values in beside_cycles(floor, photons=30_000, samples=256)
     )
     # Six seeds tell one corner's noise badly, all corners' together well.
     usual = np.sqrt(np.mean(noise**2)) / 2

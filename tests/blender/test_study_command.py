@@ -5,10 +5,11 @@ import sys
 
 import bpy
 import pytest
-from detp.core.stages import finished
 from detp.core.study import quasi_static, run
 from detp.core.study.run import Extent
 from detp.detp_addon.command.command import main
+from detp.detp_addon.study.plots import draw
+from detp.detp_addon.study.report import PLOTS
 from small_scenes import cube, grid, lamp, saved
 
 TINY = Extent(
@@ -32,11 +33,21 @@ def samples(tmp_path):
     return folder
 
 
-def test_it_writes_figures_tables_and_a_report_and_asks_for_matplotlib(samples, tmp_path, monkeypatch, capsys):
+def test_it_writes_figures_tables_and_a_report_draws_every_plot_and_else_asks_for_matplotlib(
+    samples, tmp_path, monkeypatch, capsys
+):
+    measured, real = [], run.run
+
+    def remembered(*arguments):
+        measured.append((yield from real(*arguments)))
+        return measured[-1]
+
     monkeypatch.setattr(run, "QUICK", TINY)
-    monkeypatch.setitem(sys.modules, "matplotlib", None)
-    out = tmp_path / "new" / "study"
-    assert main(["study", "-o", str(out), "--quick", "--samples", str(samples), "--scenes", str(samples)]) == 0
+    monkeypatch.setattr(run, "run", remembered)
+    out, plots = tmp_path / "new" / "study", tmp_path / "plots"
+    with monkeypatch.context() as without:
+        without.setitem(sys.modules, "matplotlib", None)
+        assert main(["study", "-o", str(out), "--quick", "--samples", str(samples), "--scenes", str(samples)]) == 0
     said = capsys.readouterr()
     assert said.err.strip() == 'detp: The plots need matplotlib: install it with pip install ".[study]".'
     figures = json.loads((out / "study.json").read_text())
@@ -49,20 +60,10 @@ def test_it_writes_figures_tables_and_a_report_and_asks_for_matplotlib(samples, 
     ]  # fmt: skip
     assert "samples/tree" in (out / "choice.csv").read_text()
     assert "detp study --quick" in (out / "study.md").read_text()
-
-
-def test_it_draws_every_plot(tmp_path):
     pytest.importorskip("matplotlib")
-    import numpy as np
-    from detp.core.study.fields import StudyScene, uniform_discs, uniform_lines
-    from detp.detp_addon.study.plots import draw
-    from detp.detp_addon.study.report import PLOTS
-
-    generator = np.random.default_rng(1)
-    discs = uniform_discs("surface", 300, 0.1, generator)
-    scene = StudyScene("ball", 600, discs.centres, discs.normals, 0.1, uniform_lines(1500, generator))
-    draw(finished(run.run({"ball": lambda: scene}, {}, TINY)), tmp_path)
-    assert {path.name for path in tmp_path.iterdir()} == {f"{n}.{end}" for n in PLOTS for end in ("svg", "png")}
+    plots.mkdir()
+    draw(measured[0], plots)
+    assert {path.name for path in plots.iterdir()} == {f"{name}.{end}" for name in PLOTS for end in ("svg", "png")}
 
 
 @pytest.mark.parametrize(

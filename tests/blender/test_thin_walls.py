@@ -33,7 +33,7 @@ def test_the_dark_side_gets_less_than_a_thousandth(wall, direct):
         add("wall", *cuboid((0.995, 0, 0), (1.005, 1, 1)))
     lamp("POINT", location=(0.5, 0.5, 0.5), energy=10.0)
     exported = read()
-    settings = BakeSettings(photons=100_000, radius=0.1, direct=direct)
+    settings = BakeSettings(photons=50_000, radius=0.1, direct=direct)
     result = baked(exported.scene, exported.points, settings)
     (target,) = (target for target in exported.targets if target.object_name == "room")
     rows = np.where((target.point_rows >= 0) & ~result.hidden[target.point_rows], target.point_rows, -1)

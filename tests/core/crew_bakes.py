@@ -8,7 +8,7 @@ from detp.core.bake import bake
 from detp.core.cluster.crew import Crew
 from rooms import box_quads, face_points, scene_of
 
-QUICK = BakeSettings(photons=6_000)
+QUICK = BakeSettings(photons=3_000)
 PHOTONS = BakeSettings(photons=40_000, radius=0.2, indirect="photons")
 
 

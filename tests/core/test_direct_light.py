@@ -202,7 +202,7 @@ def test_direct_and_indirect_add_up_whichever_way_light_is_found():
     normals = np.tile(UP, (len(points), 1))
 
     def found(direct, indirect, **more):
-        settings = BakeSettings("final", 1 << 19, 0.1, direct=direct, indirect=indirect, **more)
+        settings = BakeSettings("final", 1 << 17, 0.1, direct=direct, indirect=indirect, **more)
         return baked(scene, Points(points, normals), settings)
 
     def assert_alike(one, other):

@@ -15,7 +15,7 @@ from detp.core.rays import RayCaster
 from detp.core.scene import Scene
 from detp.core.settings import BakeSettings
 
-UP = np.array((0.0, 0.0, 1.0))
+UP, ACROSS = np.array((0.0, 0.0, 1.0)), 14
 
 
 def rectangle(x, y, z):
@@ -48,8 +48,8 @@ def room(light):
     triangles = (np.arange(len(quads))[:, None, None] * 4 + np.array([(0, 1, 2), (0, 2, 3)])).reshape(-1, 3)
     nothing = np.zeros((len(triangles), 3))
     scene = Scene(np.concatenate(quads), triangles, nothing, emission, nothing, lights)
-    across = np.linspace(-1, 1, 20)
-    points = np.stack([*np.meshgrid(across, across), np.full((20, 20), 1e-4)], axis=-1).reshape(-1, 3)
+    across = np.linspace(-1, 1, ACROSS)
+    points = np.stack([*np.meshgrid(across, across), np.full((ACROSS, ACROSS), 1e-4)], axis=-1).reshape(-1, 3)
     return scene, points, np.tile(UP, (len(points), 1))
 
 

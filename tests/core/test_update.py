@@ -55,20 +55,24 @@ CHANGES = {
 
 @pytest.fixture(scope="module")
 def sessions():
-    """Baked sessions by the number of the seed, of a room with its box and of the empty one."""
+    """Baked sessions, each with a seed of its own, of a room with its box and of the empty one."""
     found = {}
-    for name, scene in (("box", room(BOX)), ("empty", room())):
-        found[name] = [BakeSession(*scene, settings(seed)) for seed in range(BAKES)]
+    for name, scene, seeds in (("box", room(BOX), 0), ("empty", room(), 50)):
+        found[name] = [BakeSession(*scene, settings(seeds + number)) for number in range(BAKES)]
         for session in found[name]:
             session.first = finished(session.bake())
     return found
 
 
 @pytest.fixture(scope="module")
-def full():
-    """Whole bakes of the changed scenes by the name of the change."""
+def full(sessions):
+    """Whole bakes of the changed scenes by the name of the change, with other seeds than the sessions'."""
+    again = {"removed": sessions["empty"], "added": sessions["box"]}
     return {
-        name: [baked(*after, settings(100 + seed)) for seed in range(BAKES)] for name, (_, after) in CHANGES.items()
+        name: [session.first for session in again[name]]
+        if name in again
+        else [baked(*after, settings(100 + seed)) for seed in range(BAKES)]
+        for name, (_, after) in CHANGES.items()
     }
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core.errors import DetpError, UnwritableFileError
 from .chosen_objects import objects_by_name
-from .materials.use_light import materials_with_light
+from .materials.light_in_materials import materials_with_light
 from .mixing.light_groups import LightGroup
 from .reading.read_scene import BakeTarget
 from .request import BakeRequest

@@ -15,7 +15,7 @@ from ..core.memory import memory_errors_named
 from .animation.playback import hidden_by_playback
 from .chosen_views import not_baked
 from .found_light import found_light
-from .materials.use_light import refresh_materials
+from .materials.light_in_materials import refresh_materials
 from .mixing.mix import gains_of, remix
 from .report import BakeReport
 from .request import BakeRequest

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..lights.aim import rays_to_ball
+from ..lights.lamp_rays import rays_to_ball
 from ..lights.light import SHADOW_DIMENSIONS, Light, ShadowRays
 from ..lights.point import PointLight
 from .emitter_choice import EmitterChoice

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..lights.aim import towards
+from ..lights.lamp_rays import towards
 from ..rows import Rows
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from ..bounds import Bounds
 from ..direct.lit_scene import LitScene
 from ..discs import TangentDiscs
-from ..lights.aim import towards
+from ..lights.lamp_rays import towards
 from ..parallel import ordered_map, slices
 from ..random_streams import random_stream
 from ..rays import RayCaster

@@ -14,7 +14,7 @@ from .disc_index import DiscIndex
 from .gatherer import Counts, Crossings, Gatherer
 from .outer_spheres import SphereLists, sphere_around, walked_on
 from .sphere_cache import SphereCache
-from .sphere_plan import Q
+from .sphere_cache_plan import Q
 
 Search = Callable[[TangentDiscs], Gatherer]
 

@@ -12,7 +12,7 @@ from ..parallel import ordered_map, slices
 from ..segments import Segments
 from .gatherer import Counts
 from .sphere_cache import meets
-from .sphere_plan import around
+from .sphere_cache_plan import around
 
 TOGETHER = 1 << 15  # segments compared with a sphere together
 # Spheres are larger than they are said to be by this share of themselves, and of the farthest coordinate beside them:

@@ -14,7 +14,7 @@ from .gatherer import Counts
 from .local_frame import MARGIN, Pieces
 from .patch_search import PatchSearch
 from .patches import Stretches
-from .sphere_plan import SLACK, Q, SpherePlan
+from .sphere_cache_plan import SLACK, Q, SpherePlan
 
 SEGMENTS = 1 << 17  # most whose lists are kept at the same time
 TESTS = 1 << 16  # segments and spheres compared together

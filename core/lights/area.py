@@ -11,7 +11,7 @@ from ..bounds import Bounds
 from ..checks import fill, number_within, unit_vector, vector
 from ..errors import InvalidArrayError, InvalidSettingError
 from ..sampling import around, cosine_hemisphere, disc, spherical_rectangle
-from .aim import lit_rays, towards
+from .lamp_rays import lit_rays, towards
 from .light import Particles, ShadowRays
 
 #: Share of the edges' bounding rectangle that each shape fills.

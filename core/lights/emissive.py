@@ -14,7 +14,7 @@ from ..errors import InvalidArrayError
 from ..sampling import choose, cosine_hemisphere, triangle
 from ..sides import BySide, sided_rows
 from ..triangles import normals_and_areas
-from .aim import CLOSEST, towards
+from .lamp_rays import CLOSEST, towards
 from .light import Particles, ShadowRays
 
 #: Below this cosine a triangle is seen edge-on and gives nothing: what is left of it is rounding.

@@ -9,7 +9,7 @@ import numpy as np
 from ..bounds import Bounds
 from ..checks import fill, number_within, vector
 from ..sampling import disc, frames, sphere
-from .aim import SMALLEST_RADIUS, rays_to_ball, rays_to_point
+from .lamp_rays import SMALLEST_RADIUS, rays_to_ball, rays_to_point
 from .light import Particles, ShadowRays
 
 

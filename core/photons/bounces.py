@@ -8,7 +8,7 @@ import numpy as np
 
 from ..bounds import Bounds
 from ..direct.shadows import MOST_PASSAGES
-from ..lights.aim import towards
+from ..lights.lamp_rays import towards
 from ..lights.light import Particles
 from ..rays import Hits, RayCaster
 from ..sampling import cosine_hemisphere

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import SessionTooLargeError
-from ..lights.aim import towards
+from ..lights.lamp_rays import towards
 from ..parallel import slices
 from ..segments import Segments
 

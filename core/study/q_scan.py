@@ -6,7 +6,7 @@ import numpy as np
 
 from ..discs import TangentDiscs
 from ..gatherers.sphere_cache import SphereCache
-from ..gatherers.sphere_plan import SLACK, Q
+from ..gatherers.sphere_cache_plan import SLACK, Q
 from ..segments import Segments
 from .fields import KINDS, spacing, uniform_discs, uniform_lines
 from .measure import counted_and_timed, lowest

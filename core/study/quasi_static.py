@@ -9,7 +9,7 @@ import numpy as np
 
 from ..gatherers.disc_index import LEAF
 from ..gatherers.gatherer import Counts
-from ..gatherers.sphere_plan import SLACK
+from ..gatherers.sphere_cache_plan import SLACK
 from .fields import StudyScene, uniform_discs, uniform_lines
 from .frame_ways import ALONE, WHOLE, Way
 from .frames import Frame, MovingObject

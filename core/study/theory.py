@@ -14,7 +14,7 @@ import numpy as np
 
 from ..discs import TangentDiscs
 from ..gatherers.disc_index import LEAF
-from ..gatherers.sphere_plan import SLACK, Q, around
+from ..gatherers.sphere_cache_plan import SLACK, Q, around
 
 #: Spheres that a walk along the Morton curve makes, over (r0 / (r - d))^D, for D = 2 and 3: each is centred where the
 #: walk left the one before, half of it lies behind, and the curve leaves it again and again. Measured on a sphere's

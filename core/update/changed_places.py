@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..lights.aim import towards
+from ..lights.lamp_rays import towards
 from ..rows import Rows
 from ..sampling import around, cosine_hemisphere
 

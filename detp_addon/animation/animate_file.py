@@ -15,7 +15,7 @@ from ..command.blender_output import blender_silenced
 from ..command.progress import ProgressDisplay
 from ..files.open_files import check_readable, is_compressed, open_blend
 from ..files.write_files import check_writable, save_blend, write_text
-from ..materials.use_light import use_in_materials
+from ..materials.light_in_materials import use_in_materials
 from ..report import to_json
 from ..request import BakeRequest
 from ..wording import counted, duration, percent

@@ -14,7 +14,7 @@ from ...core.memory import memory_errors_named
 from ..chosen_objects import chosen_objects
 from ..chosen_views import not_baked
 from ..found_light import FoundLight, found_light
-from ..materials.use_light import refresh_materials
+from ..materials.light_in_materials import refresh_materials
 from ..report import BakeReport, Brightness
 from ..request import BakeRequest
 from ..steps import JobProgress

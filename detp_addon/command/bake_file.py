@@ -17,7 +17,7 @@ from ..files.bake_mark import BakeMark, fingerprint, mark_output
 from ..files.open_files import check_readable, is_compressed, open_blend
 from ..files.write_files import check_writable, replace_file, save_blend
 from ..job import bake_scene
-from ..materials.use_light import use_in_materials
+from ..materials.light_in_materials import use_in_materials
 from ..mixing.light_groups import likely_bake
 from ..preview.render_preview import render_preview
 from ..report import BakeReport

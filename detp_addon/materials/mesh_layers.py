@@ -60,16 +60,6 @@ def drop_looks(objects: Sequence[bpy.types.Object], attribute: str) -> None:
             layers.active_color_name, layers.default_color_name = shown
 
 
-def faces_without_material(obj: bpy.types.Object) -> bool:
-    """Whether faces lie in an empty material slot; numbers above the last slot mean the last."""
-    empty = [number for number, slot in enumerate(obj.material_slots) if slot.material is None]
-    if not empty:
-        return False
-    numbers = np.empty(len(obj.data.polygons), np.int32)
-    obj.data.polygons.foreach_get("material_index", numbers)
-    return bool(np.isin(np.clip(numbers, 0, len(obj.material_slots) - 1), empty).any())
-
-
 def modifiers_materials(objects: Sequence[bpy.types.Object]) -> list[str]:
     """The names of those of the ``objects`` to which geometry nodes give materials that are in none of their slots."""
     objects = [obj for obj in objects if any(modifier.type == "NODES" for modifier in obj.modifiers)]
@@ -79,17 +69,4 @@ def modifiers_materials(objects: Sequence[bpy.types.Object]) -> list[str]:
         for obj in objects
         if {each.original for each in obj.evaluated_get(graph).data.materials if each is not None}
         - {slot.material for slot in obj.material_slots}
-    ]
-
-
-def spoilt_exports(objects: Sequence[bpy.types.Object]) -> list[str]:
-    """A note where this Blender's glTF exporter turns light white: 5.2.2 does on meshes with another colour layer."""
-    if not (5, 2, 0) <= bpy.app.version <= (5, 2, 2):
-        return []
-    names = [obj.name for obj in objects if len(obj.data.color_attributes) > 1 and obj.material_slots]
-    if not names:
-        return []
-    return [
-        f"The glTF exporter of Blender 5.2.0 to 5.2.2 turns the light white on {counted(len(names), 'object')} with "
-        f"more than one colour layer ({some(names)}): switch off its 'Export All Vertex Colors', or take a later one."
     ]

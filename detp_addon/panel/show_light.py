@@ -5,7 +5,7 @@ from contextlib import suppress
 
 import bpy
 
-from ..materials.use_light import materials_with_light
+from ..materials.light_in_materials import materials_with_light
 from ..writing.baked_layers import holds_light, look_of
 from .properties import attribute_name
 

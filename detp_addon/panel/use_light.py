@@ -4,7 +4,7 @@ import bpy
 from bpy.props import EnumProperty
 
 from ..command.terminal import escaped
-from ..materials.use_light import materials_with_light, remove_from_materials, use_in_materials
+from ..materials.light_in_materials import materials_with_light, remove_from_materials, use_in_materials
 from ..wording import counted
 from ..writing.encoding import fit_stored
 from . import session

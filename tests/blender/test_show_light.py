@@ -5,7 +5,7 @@ import types
 import bpy
 import numpy as np
 import pytest
-from detp.detp_addon.materials.use_light import remove_from_materials, use_in_materials
+from detp.detp_addon.materials.light_in_materials import remove_from_materials, use_in_materials
 from detp.detp_addon.panel import show_light
 from detp.detp_addon.writing.write_attributes import MeshColours, write_colours
 from small_scenes import cube, grid, painted

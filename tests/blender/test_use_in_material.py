@@ -7,7 +7,7 @@ from detp.core.errors import NotBakedError
 from detp.core.settings import BakeSettings
 from detp.core.stages import finished
 from detp.detp_addon.job import bake_scene
-from detp.detp_addon.materials.use_light import materials_with_light, remove_from_materials, use_in_materials
+from detp.detp_addon.materials.light_in_materials import materials_with_light, remove_from_materials, use_in_materials
 from detp.detp_addon.request import BakeRequest
 from detp.detp_addon.writing.encoding import Encoding
 from detp.detp_addon.writing.write_attributes import MeshColours, write_colours

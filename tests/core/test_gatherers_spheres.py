@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from detp.core.gatherers.sphere_cache import meets
-from detp.core.gatherers.sphere_plan import SpherePlan, sphere_starts
+from detp.core.gatherers.sphere_cache_plan import SpherePlan, sphere_starts
 from detp.core.space_filling import curve_order
 
 
@@ -76,7 +76,7 @@ def test_starts_do_not_depend_on_how_many_rows_are_scanned_together(monkeypatch)
     begin, end = np.array([0, 700, 701, 1200]), np.array([700, 701, 1200, 2000])
     expected = sphere_starts(centres, radii, begin, end, 0.3)
     for scanned in (1, 100, 10_000):
-        monkeypatch.setattr("detp.core.gatherers.sphere_plan.SCANNED", scanned)
+        monkeypatch.setattr("detp.core.gatherers.sphere_cache_plan.SCANNED", scanned)
         assert np.array_equal(sphere_starts(centres, radii, begin, end, 0.3), expected)
 
 

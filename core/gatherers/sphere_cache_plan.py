@@ -1,4 +1,4 @@
-"""Which spheres a walk over sorted discs needs: known before the first segment."""
+"""When the Sphere Cache makes which of its spheres anew, walking over sorted discs: known before any segment."""
 
 from __future__ import annotations
 

@@ -16,14 +16,13 @@ from ...core.errors import NotBakedError
 from ..reading.read_node_graph import node_tree, trees_within
 from ..wording import counted, some
 from ..writing.baked_layers import WHITE, light_of, remove_layer
+from .gltf_notes import gltf_notes, has_paint, materials_of
 from .light_nodes import make_plain, make_unlit, multiply, strip, surface_inputs, surface_outputs
 from .marked_nodes import NODE_MARK
-from .mesh_layers import drop_looks, faces_without_material, modifiers_materials, spoilt_exports, whiten
+from .mesh_layers import drop_looks, modifiers_materials, whiten
 
 #: how light can be used; "auto" takes base colour for ambient occlusion, which lamps are to light, else unlit
 WAYS = ("auto", "unlit", "base-color")
-
-_PAINT = ("ShaderNodeVertexColor", "ShaderNodeAttribute")
 
 
 @dataclass
@@ -54,13 +53,10 @@ def use_in_materials(objects: Iterable[bpy.types.Object], attribute: str, way: s
         raise NotBakedError(
             f"No mesh of the scene has the colour attribute '{attribute}': bake it, or choose its name."
         )
-    materials, bare = {}, []
+    materials = {}
     for obj in baked:
-        slots = [slot.material for slot in obj.material_slots if slot.material is not None]
-        for material in slots:
+        for material in materials_of(obj):
             materials.setdefault(material, light_of(obj.data, attribute)["quantity"])
-        if not slots:
-            bare.append(obj.name)
     use, refused, painted = Use(), {}, []
     for material, quantity in materials.items():
         used, reason = _use(material, attribute, quantity, way)
@@ -68,24 +64,9 @@ def use_in_materials(objects: Iterable[bpy.types.Object], attribute: str, way: s
             refused.setdefault(reason, []).append(material.name)
         else:
             (use.unlit if used == "unlit" else use.base).append(material.name)
-            if quantity != "shaded" and _has_paint(material):
+            if quantity != "shaded" and has_paint(material):
                 painted.append(material.name)
     use.notes += [f"{counted(len(names), 'material')} {reason}: {some(names)}." for reason, names in refused.items()]
-    if painted:
-        use.notes.append(
-            f"A glTF file has room for the light or the paint of a material, not for both: {some(painted)}. "
-            f"Bake 'shaded' to have both in one."
-        )
-    if bare:
-        use.notes.append(
-            f"{counted(len(bare), 'object')} without material: {some(bare)}. A glTF file has their light, cut at 1."
-        )
-    gaps = [obj.name for obj in baked if obj.name not in bare and faces_without_material(obj)]
-    if gaps:
-        use.notes.append(
-            f"{counted(len(gaps), 'object')} with some faces without material: {some(gaps)}. Give them one: renders do "
-            f"not show their light, and glTF files of newer Blenders lack it."
-        )
     others = modifiers_materials(baked)
     if others:
         use.notes.append(
@@ -95,7 +76,7 @@ def use_in_materials(objects: Iterable[bpy.types.Object], attribute: str, way: s
     domain = baked[0].data.color_attributes[attribute].domain
     use.notes += whiten(set(use.unlit + use.base), attribute, domain)
     drop_looks(baked, attribute)
-    use.notes += spoilt_exports(baked)
+    use.notes += gltf_notes(baked, painted)
     return use
 
 
@@ -176,12 +157,3 @@ def _use(material: bpy.types.Material, attribute: str, quantity: str, way: str) 
     if sockets:
         return "", "with shaders inside linked or closed node groups, where light cannot be put in"
     return "", "without a surface that shows baked light (they shine, mirror, or are clear), left as they were"
-
-
-def _has_paint(material: bpy.types.Material) -> bool:
-    """Whether nodes of the material itself ask for colours of the mesh."""
-    return any(
-        node.bl_idname in _PAINT and NODE_MARK not in node
-        for tree in trees_within(material.node_tree)
-        for node in tree.nodes
-    )

@@ -1,4 +1,4 @@
-"""Aiming at lights from points: directions without division by zero, and what a lamp of any size shows of itself."""
+"""Rays from points to lamps and what they bring: how light falls off, of lamps without extent and of any size."""
 
 from __future__ import annotations
 

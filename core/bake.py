@@ -223,13 +223,13 @@ class Baking:
             result, *mended = self._found()
             refinement.observe(*mended, result.seen, result.ending_error)
             yield Progress("Refining", refinement.fraction, result)
-        self.common_rounds = refinement.common_rounds
+        self.common_rounds = refinement.rule.common_rounds
         return result
 
     def _cast(self, rounds: int, refinement: Refinement) -> Stage[None]:
         """Cast so many ``rounds`` of rays more from the points."""
         rays = self.rays
-        work = rays.rounds(rays.done, rays.done + rounds, refinement.missing)
+        work = rays.rounds(rays.done, rays.done + rounds, refinement.rule.missing)
         yield from during("Casting rays", refinement.fraction, self._stopwatch.timed("shadow", work))
         self._by_rays = rays.irradiance
 

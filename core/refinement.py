@@ -14,10 +14,11 @@ import numpy as np
 from .costs import CROSSING, PHOTON, PLACING_OVER_STANDING, RAY, SEGMENT
 from .direct.direct_light import DirectLight
 from .estimator.visible_area import SPARSE
-from .irradiance import Irradiance, error_within, share_within
+from .irradiance import Irradiance
 from .photons.photon_light import PHOTONS_PER_GATHER, PhotonLight
-from .settings import NOISE_SHARE, BakeSettings
+from .settings import BakeSettings
 from .stages import Stopwatch
+from .stop_rule import StopRule
 
 #: The first steps, so that there is light to look at soon, and the variance is known: so many rounds, but no fewer rays
 #: of all points, which else may well agree by luck.
@@ -30,10 +31,6 @@ PHOTONS_PER_CELL, MOST_FIRST_PHOTONS = 8, 1 << 18
 #: The first rounds of rays that look into records: the least, which serve this error, and the most; they grow as one
 #: over the error squared.
 LEAST_GATHER, GATHER_ERROR, MOST_GATHER = 2, 0.068, 4
-
-#: Rounds after which rays have gone where the first ones that looked into records found light. Those found it by luck,
-#: so that before no points are done as long as a tenth of them are likely to be far off.
-AIMED_AFTER = 12
 
 #: In a bake of a given time, the share of it that each first step may take on a machine so many times slower than the
 #: nominal one.
@@ -52,46 +49,12 @@ LEAST_ROUNDS, LEAST_OF_PHOTONS = 4, 16
 #: A later step of photons may take this share of the time that is left, even if that more than doubles them.
 LEAST_OF_TIME = 0.2
 
-#: Rounds of rays after which only light that is never found can still be missing.
-MOST_ROUNDS = 512
-
-#: Photons of which none reached a point are enough to call the points dark.
-DARK_AFTER = 1 << 18
-
 #: Variance by rays over that by photons from which photons are of no use, once no more rays are cast; and the reverse.
 SPENT = 2.0
 
 #: Variance by photons over that by rays from which rays are of no use; and when photons then save less than this share
 #: of what they should, the records differ by where they lie.
 STUCK, STALE = 20.0, 0.2
-
-#: When photons are used up, more rays are of no use if half as many again, or more, left this share of the error.
-FLAT, HALF_AGAIN = 0.95, 1.5
-
-#: A number of photons says nothing of the error; rays are cast until they are as good, but no further than to this
-#: share of the quality's error, with nine tenths of the points within TIMES as much as the quality's: where little
-#: light is reflected, photons leave next to nothing to be as good as.
-FINE = 0.25
-
-#: Once half of the points keep to the error that is aimed at, neighbourhoods in which more than such a share of the
-#: points are off by more than so many times that error are worked on, until they hold few of all points.
-BEYOND, TIMES, FEW = 0.3, 3.0, 0.01
-
-#: So are those of whose points more than such a share are off by more than the error itself by what photons left at
-#: records: a whole wall has that in common, and no eye averages it out.
-ALIKE, FEW_ALIKE = 0.5, 0.002
-
-#: Such neighbourhoods are given up after so many rounds of rays of their own, or rays for each of all points on average
-#: for an error of 4 % (their number grows as one over its square). An error that was asked for gives up after PATIENCE
-#: times as many rays.
-MOST_OWN_ROUNDS, MOST_RAYS, PATIENCE = 512, 150.0, 4.0
-
-#: And when the photons have become so many times as many, but not before so many for an error of 4 %.
-MORE_PHOTONS, PHOTONS_FOR_FEW = 4.0, 1 << 18
-
-#: They are given up as well when all rays have become so many times as many, unless they are off by even more: by FAR
-#: times the error. Where the light is hard to find in much of a scene, the last of it is not worth more than all.
-MORE_RAYS, FAR = 1.5, 6.0
 
 #: A point's relative standard error counts as no more than this, so that dark corners do not take all the work.
 LARGEST_ERROR = 0.5
@@ -129,22 +92,13 @@ def look_in_every(settings: BakeSettings, standing: float, start: float) -> int:
     return 1 if PLACING_OVER_STANDING * standing <= MOST_PLACING * _seconds_left(settings, start) else SPARSE
 
 
-def far_off(light: Irradiance, error: float, rays: DirectLight | None, share: float = BEYOND) -> np.ndarray:
-    """Which points (N,) belong to neighbourhoods, as ``rays`` know them, in which more than that ``share`` are off from
-    the light by more than the ``error``."""
-    errors = light.seen_errors
-    with np.errstate(divide="ignore"):
-        beyond = np.where(errors > 0, 1.0 - share_within(error / errors), 0.0)
-    return (beyond if rays is None else rays.around_each(beyond)) > share
-
-
 class Refinement:
     """Chooses the steps of one bake, which began at ``start`` (of time.perf_counter), after its first rounds.
 
     Either of ``rays`` and ``photons`` may be None, when that light is not looked for. ``cells`` of records are lit by
     photons and looked up by rays; 0 where there are none. ``stopwatch`` has the stages shadow, trace and gather.
 
-    Attribute ``missing`` (N,): points whose neighbourhoods the next rays are for; None for all.
+    Attribute ``rule``, by which the bake ends.
     """
 
     def __init__(
@@ -158,59 +112,31 @@ class Refinement:
     ):
         self._settings, self._rays, self._photons, self._cells = settings, rays, photons, cells
         self._stopwatch, self._start = stopwatch, start
-        self._error, self._parts, self._over = float("nan"), (0.0, 0.0), 0.0
+        self.rule = StopRule(settings, rays, photons, cells)
         # Rays see new photons at records only when they are cast after them: so many rounds are due.
         first = LEAST_GATHER * (GATHER_ERROR / (settings.aimed_noise or GATHER_ERROR)) ** 2
         self._due = int(np.clip(first, LEAST_GATHER, MOST_GATHER)) if cells else 0
-        # The error when it was last looked at, whether more rounds have hardly brought it down, and whether it is fine.
-        self._last, self._flat, self._fine = float("nan"), False, False
-        # What a step of rays and of photons saved of late, over what it was to save; and how many there were before.
-        self._worth, self._before = [1.0, 1.0], (0, 0)
-        self.missing: np.ndarray | None = None
-        # Rounds, photons and rays when half of the points first were well; whether neighbourhoods are very far off.
-        self._well: tuple[int, int, int] | None = None
-        self._very_far = False
+        # What rays and photons leave of the error; what a step of each saved of late, over what it was to save; and how
+        # many there were before.
+        self._parts, self._worth, self._before = (0.0, 0.0), [1.0, 1.0], (0, 0)
 
     def observe(self, by_rays: Irradiance, by_photons: Irradiance, light: Irradiance, error: float) -> None:
         """Look at what has been found: ``light`` is all, blur included, the others what more of each would mend.
 
         ``error`` is the median relative one of all points that count.
         """
-        self._error, goal = error, self._settings.aimed_noise
+        self.rule.error = error
         if self._photons is not None and self._cells and self._due:
             return
-        rounds, aim = self._amounts[0], NOISE_SHARE * self._settings.target_error
-        self._flat = rounds >= max(HALF_AGAIN * self._before[0], AIMED_AFTER) and self._error > FLAT * self._last
-        self._last = self._error
-        self._fine = rounds >= AIMED_AFTER and self._error <= FINE * aim and light.high_error <= TIMES * aim
+        self.rule.look(light, by_photons)
         lit = np.flatnonzero(np.abs(light.value).sum(axis=1) > 0)
-        weights = _weights(light.relative_errors, self._error)
-        self.missing, self._over = None, 0.0
-        if goal is not None and np.isfinite(self._error):
-            self._over = self._error / goal
-            if self._cells and self._rays.done < AIMED_AFTER:
-                self._over = max(self._over, light.high_error / (TIMES * goal))
-            if self._over <= 1.0:
-                self._well = self._well or (*self._amounts, 0 if self._rays is None else self._rays.rays)
-                self._look_for_missing(light, by_photons, goal)
-                weights = np.zeros(len(lit)) if self.missing is None else self.missing[lit].astype(float)
+        if self.rule.half_well:
+            weights = np.zeros(len(lit)) if self.rule.missing is None else self.rule.missing[lit].astype(float)
+        else:
+            weights = _weights(light.relative_errors, error)
         parts = _mean_variance(by_rays, light, lit, weights), _mean_variance(by_photons, light, lit, weights)
         self._learn(parts)
         self._parts = parts
-
-    def _look_for_missing(self, light: Irradiance, by_photons: Irradiance, goal: float) -> None:
-        """Find the neighbourhoods in which too many points are far off, and by how much they are over their aim."""
-        self._over, self._very_far = 0.0, False
-        parts = [(light, TIMES * goal, BEYOND, FEW)]
-        if self._cells:
-            parts.append((Irradiance(light.value, by_photons.standard_error), goal, ALIKE, FEW_ALIKE))
-        for part, error, share, few in parts:
-            missing = far_off(part, error, self._rays, share)
-            if missing.mean() > few:
-                self.missing = missing if self.missing is None else self.missing | missing
-                self._over = max(self._over, error_within(part.seen_errors[missing], 1.0 - share) / error)
-        if self.missing is not None:
-            self._very_far = far_off(light, FAR * goal, self._rays).mean() > FEW
 
     def _learn(self, parts: tuple[float, float]) -> None:
         """See what the last step saved: the more photons there are, the smaller the discs they are used in."""
@@ -221,11 +147,6 @@ class Refinement:
                 kept = np.clip((self._parts[kind] - parts[kind]) / promised, LEAST_WORTH, 1.0)
                 self._worth[kind] = 0.5 * (self._worth[kind] + float(kept))
         self._before = amounts
-
-    @property
-    def common_rounds(self) -> int:
-        """Rounds of rays from all points; others were for neighbourhoods that were far off."""
-        return (self._well or self._amounts)[0]
 
     @property
     def _amounts(self) -> tuple[int, int]:
@@ -240,20 +161,18 @@ class Refinement:
         if self._due:
             due, self._due = self._due, 0
             return Step(rounds=due)
-        if self._hopeless():
-            return None
-        if self._settings.aimed_noise is not None and self._error <= self._settings.aimed_noise and self._over <= 1.0:
+        if self.rule.dark or self.rule.reached:
             return None
         rays, photons = self._more_rays(), self._more_photons()
         if rays is not None and photons is None and self._photons is not None and self._settings.aimed_noise is None:
             # The photons are used up, and their noise will remain.
-            return None if self._fine or self._gain(rays) <= self._gain(Step(photons=1)) else self._in_time(rays)
+            return None if self.rule.fine or self._gain(rays) <= self._gain(Step(photons=1)) else self._in_time(rays)
         if rays is None and photons is not None and self._parts[0] > SPENT * self._parts[1]:
             return None  # the rays are used up, and more photons would not help
         if self._cells and photons is None and self._parts[1] > SPENT * self._parts[0]:
             return None  # the other way round
-        if self._cells and photons is None and self._flat and self.missing is None:
-            return None  # what is left is in the records
+        if self._cells and photons is None and self.rule.flat:
+            return None
         step = max(filter(None, (rays, photons)), key=self._gain, default=None)
         if step is not None and step.photons and self._stale():
             return None  # records are off by where they lie, and more photons do not help
@@ -270,17 +189,9 @@ class Refinement:
             shares.append((time.perf_counter() - self._start) / self._settings.seconds)
         if self._settings.photons is not None and self._photons is not None:
             shares.append(self._photons.particles / self._settings.photons)
-        if self._settings.aimed_noise is not None and self._error > 0:
-            shares.append((self._settings.aimed_noise / self._error) ** 2)
+        if self._settings.aimed_noise is not None and self.rule.error > 0:
+            shares.append((self._settings.aimed_noise / self.rule.error) ** 2)
         return float(min(max(shares), 1.0))
-
-    def _hopeless(self) -> bool:
-        """Whether so many photons have found nothing that there is nothing to find."""
-        if not np.isnan(self._error):
-            return False
-        if self._photons is None:
-            return True
-        return self._settings.photons is None and self._photons.particles >= DARK_AFTER
 
     def _stale(self) -> bool:
         """Whether records differ by as much as before, however many photons light them.
@@ -292,39 +203,27 @@ class Refinement:
         return not asked and self._cells > 0 and self._worth[1] < STALE and photons > STUCK * rays
 
     def _more_rays(self) -> Step | None:
-        if self._rays is None or self._rays.exact or np.isnan(self._error):
+        if self._rays is None or self._rays.exact or np.isnan(self.rule.error) or self.rule.rays_given_up:
             return None
-        if self._rays.done >= MOST_ROUNDS and self.missing is None:
-            return None
-        done, goal = self._rays.done, self._settings.aimed_noise
+        done = self._rays.done
         wanted = min(done, MOST_ROUNDS_PER_STEP)
-        if self.missing is not None:
-            own = done - self._well[0]
-            given_up = own >= MOST_OWN_ROUNDS or self._rays.rays > self._most_rays(goal)
-            return None if given_up else Step(rounds=max(own, wanted))
-        if goal is not None and np.isfinite(self._over):
-            wanted = min(wanted, max(int(np.ceil(done * (self._over**2 - 1.0))), done // LEAST_ROUNDS, 1))
+        if self.rule.missing is not None:
+            return Step(rounds=max(done - self.rule.common_rounds, wanted))
+        if self._settings.aimed_noise is not None and np.isfinite(self.rule.over):
+            least = int(np.ceil(done * (self.rule.over**2 - 1.0)))
+            wanted = min(wanted, max(least, done // LEAST_ROUNDS, 1))
         return Step(rounds=wanted)
 
-    def _most_rays(self, goal: float) -> float:
-        """Rays after which neighbourhoods that are far off are given up."""
-        patience = 1.0 if self._settings.error is None else PATIENCE
-        most = patience * MOST_RAYS * _times(goal) * self._rays.points
-        return most if self._very_far else min(most, MORE_RAYS * self._well[2])
-
     def _more_photons(self) -> Step | None:
-        if self._photons is None:
+        if self._photons is None or self.rule.photons_given_up:
             return None
         done, wanted = self._photons.particles, self._photons.particles
-        if self.missing is not None:
-            if done >= max(MORE_PHOTONS * self._well[1], PHOTONS_FOR_FEW * _times(self._settings.aimed_noise)):
-                return None
         if np.isfinite(self._left):
             # Summing up takes time as well, so that short bakes should not take many steps.
             wanted = max(wanted, int(LEAST_OF_TIME * self._left / max(self._measured(Step(photons=1)), 1e-12)))
         wanted = min(wanted, PHOTONS_PER_GATHER)
-        if self._settings.aimed_noise is not None and np.isfinite(self._over):
-            least = max(done * (self._over**2 - 1.0), done / (1 if self._cells else LEAST_OF_PHOTONS))
+        if self._settings.aimed_noise is not None and np.isfinite(self.rule.over):
+            least = max(done * (self.rule.over**2 - 1.0), done / (1 if self._cells else LEAST_OF_PHOTONS))
             wanted = min(wanted, max(1, int(np.ceil(least / LEAST_PHOTONS))) * LEAST_PHOTONS)
         if self._settings.most_photons is not None:
             wanted = min(wanted, self._settings.most_photons - done)
@@ -341,7 +240,7 @@ class Refinement:
         if self._settings.seconds is not None:
             return self._measured(step)
         if step.rounds:
-            share = 1.0 if self.missing is None else float(self.missing.mean())
+            share = 1.0 if self.rule.missing is None else float(self.rule.missing.mean())
             return step.rounds * self._rays.rays_per_round * RAY * share
         found = self._photons.segments * SEGMENT + self._photons.crossings * CROSSING
         return step.photons * found / self._photons.particles
@@ -373,11 +272,6 @@ class Refinement:
             return Step(rounds=rounds) if rounds > 0 else None
         photons = int(step.photons * share)
         return Step(photons=photons) if photons >= LEAST_PHOTONS else None
-
-
-def _times(goal: float) -> float:
-    """How many times as many rays or photons the error ``goal`` takes as one of 4 %."""
-    return (0.04 / goal) ** 2
 
 
 def _seconds_left(settings: BakeSettings, start: float) -> float:

@@ -27,12 +27,12 @@ from ..photons.photon_journal import PhotonJournal
 from ..points import Points
 from ..random_streams import random_stream
 from ..rays import RayCaster
-from ..refinement import FEW, TIMES, far_off
 from ..result import BakeResult, Progress
 from ..rows import Rows
 from ..scene import Scene
 from ..settings import BakeSettings
 from ..stages import Stopwatch, collected
+from ..stop_rule import FEW, TIMES, far_off
 from .changed_light import ChangedRecords
 from .changed_places import Balls, Sight
 from .differences import NOISE, POINTS_PER_CHUNK, Differences, LightDifferences

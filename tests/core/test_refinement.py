@@ -5,18 +5,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from detp.core import refinement
+from detp.core import refinement, stop_rule
 from detp.core.bake import bake
 from detp.core.irradiance import Irradiance
 from detp.core.lights.world import UniformWorld
 from detp.core.points import Points
 from detp.core.refinement import (
-    AIMED_AFTER,
-    DARK_AFTER,
     FIRST_PHOTONS,
     FIRST_ROUNDS,
-    MORE_RAYS,
-    MOST_ROUNDS,
     Refinement,
     Step,
     _weights,
@@ -25,6 +21,7 @@ from detp.core.refinement import (
 )
 from detp.core.settings import NOISE_SHARE, BakeSettings
 from detp.core.stages import Stopwatch
+from detp.core.stop_rule import AIMED_AFTER, DARK_AFTER, MORE_RAYS, MOST_ROUNDS
 from rooms import box_quads, face_points, scene_of
 
 POINTS = 1000
@@ -114,7 +111,7 @@ def test_so_many_photons_and_no_more():
 def test_so_many_photons_that_leave_next_to_no_noise_do_not_keep_rays_going():
     bake = Bake(BakeSettings(photons=1000), photon_noise=1e-4)
     error = bake.run()
-    goal = refinement.FINE * NOISE_SHARE * bake.settings.target_error
+    goal = stop_rule.FINE * NOISE_SHARE * bake.settings.target_error
     assert 0.5 * goal < error <= goal and bake.direct.done < MOST_ROUNDS
 
 
@@ -175,7 +172,7 @@ def test_where_light_is_hard_to_find_half_as_many_rays_again_are_enough_unless_i
     refinement = Refinement(bake.settings, bake.direct, None, bake.stopwatch, bake.start)
     for bake.direct.done, bake.direct.rays in ((16, 1000), (24, 1400), (32, 1600)):
         refinement.observe(light, Irradiance.dark(POINTS), light, light.relative_error)
-        assert refinement.missing.sum() == 0.2 * POINTS
+        assert refinement.rule.missing.sum() == 0.2 * POINTS
         assert (refinement.next() is not None) == (goes_on or bake.direct.rays <= MORE_RAYS * 1000)
 
 
@@ -201,7 +198,7 @@ def test_a_tenth_of_the_points_whose_light_photons_leave_off_alike_keeps_a_bake_
 
 def test_what_single_rays_light_later_does_not_keep_a_bake_from_ending(monkeypatch):
     """Sunk into a floor in the open lies a box with a lid that has a hole: at first hardly any ray gets in."""
-    monkeypatch.setattr(refinement, "FINE", 0.0)  # so that it goes on for long enough
+    monkeypatch.setattr(stop_rule, "FINE", 0.0)  # so that it goes on for long enough
     floor = [(-4, -4, 2), (4, -4, 2), (4, 4, 2), (-4, 4, 2)]
     bottom, _, *walls = box_quads((1, 1, 1))
     hole = 0.02

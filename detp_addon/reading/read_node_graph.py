@@ -73,7 +73,7 @@ def output_feed(tree, name: str = "Surface") -> Feed | None:
         # A script can give a material the output node of a lamp, which has no such input.
         socket = output.inputs.get(name)
         feed = feed_of(socket, groups) if socket is not None else None
-        if feed is not None and (feed.node is not None or feed.socket.type != "SHADER" and feed.socket != socket):
+        if feed is not None and (feed.node is not None or (feed.socket.type != "SHADER" and feed.socket != socket)):
             return feed
         if _RESOLVED:
             return None

@@ -175,11 +175,11 @@ class Patches:
 
     def image(self, node, coordinates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Colour (16 T, 3) and alpha (16 T, 1) on each patch."""
-        texture = self._images.texture(node.image, with_alpha=node.outputs["Alpha"].is_linked)
+        blend = node.interpolation != "Closest"
+        texture = self._images.texture(node.image, node.outputs["Alpha"].is_linked, blend)
         if node.projection != "FLAT":
             self.unknown(f"image projection ({node.projection.lower()}), taken as the image's mean")
             coordinates = np.full_like(coordinates, np.nan)
-        blend = node.interpolation != "Closest"
         centres, edges = coordinates[:, :2], _patch_edges(coordinates)
         if self._draw is None:
             rgba = texture.patches(centres, edges, node.extension, blend)

@@ -96,6 +96,11 @@ class Standing:
         where = {"Generated": 0.5 * np.array(instance.orco) - 0.5, "UV": np.array([*instance.uv, 0.0])}
         return cls(obj, instance.parent, matrix, random, number, where, attributes, depsgraph)
 
+    def own(self, kind: str, name: str) -> np.ndarray | None:
+        """What (1, c) the object has without a mesh, None for what depends on the place on one."""
+        alone = kind == "property" or kind.startswith("object ")
+        return placed_value((kind, name), self, {}, 1) if alone else None
+
 
 def placed_value(key: tuple[str, str], standing: Standing, given: dict, corners: int) -> np.ndarray:
     """The values (corners, c) of ``key``; ``given`` has those of the mesh that it is made from."""

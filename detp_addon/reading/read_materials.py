@@ -258,15 +258,15 @@ def _triangle_means(raw: Response, count: int) -> Response:
     return raw.each(mean)
 
 
-def even_emission(tree, rays: dict[str, float | None]) -> np.ndarray | None:
+def even_emission(tree, rays: dict[str, float | None], *own) -> np.ndarray | None:
     """The emission (3,) of a lamp's or world's node tree, black without a feed, None when it varies with direction.
 
-    ``rays`` is what a Light Path node tells there.
+    ``rays`` is what a Light Path node tells there, ``own``, if given, what the light's object has (see Nowhere).
     """
     feed = output_feed(tree)
     if feed is None:
         return np.zeros(3)
     try:
-        return Shaders(Values(Nowhere(rays), RULES), lambda sentence: None).response(feed).emission[0]
+        return Shaders(Values(Nowhere(rays, *own), RULES), lambda sentence: None).response(feed).emission[0]
     except WhereaboutsUnknown:
         return None

@@ -99,18 +99,30 @@ class Probe:
 
 
 class Nowhere:
-    """No surface at all, for lights and worlds that are the same everywhere; raises WhereaboutsUnknown otherwise."""
+    """No surface at all, for lights and worlds that are the same everywhere; raises WhereaboutsUnknown otherwise.
+
+    ``own`` gives what the light's object has, by kind and name, None for what it has not.
+    """
 
     real = True
 
-    def __init__(self, rays: dict[str, float | None]):
-        self._rays = rays
+    def __init__(self, rays: dict[str, float | None], own=lambda kind, name: None):
+        self._rays, self._own = rays, own
 
     def given(self, kind: str, name: str = ""):
+        """What the object itself has; raises otherwise."""
+        value = self._own(kind, name)
+        if value is None:
+            raise WhereaboutsUnknown
+        return value
+
+    def unknown(self, feature: str):
         """Raise."""
         raise WhereaboutsUnknown
 
-    unknown = coarser_than = given
+    def coarser_than(self, coordinates, size: float):
+        """Raise."""
+        raise WhereaboutsUnknown
 
     @property
     def back(self):

@@ -6,11 +6,13 @@ import numpy as np
 
 from .findings import Findings
 from .texture_pyramid import LARGEST_SIDE, TexturePyramid, srgb_to_linear
-from .working_space import in_working_space
+from .working_space import in_working_space, way_from
 
-#: colour spaces whose byte values are linear already, or data; others but sRGB are decoded as sRGB, and named
-_LINEAR_SPACES = ("Non-Color", "Linear", "Raw", "ACES", "Utility - Linear", "Utility - Raw", "Generic Data")
+#: beginnings of names of colour spaces whose byte values are linear already, or data, or sRGB; others are decoded as
+#: sRGB, and named
 _DATA_SPACES = ("Non-Color", "Raw", "Utility - Raw", "Generic Data")
+_LINEAR_SPACES = ("Linear", "ACEScg", "ACES2065", "ACES - ACEScg", "ACES - ACES2065", "Utility - Linear", *_DATA_SPACES)
+_SRGB_SPACES = ("sRGB", "sRGB OETF", "sRGB - Texture", "sRGB Encoded Rec.709 (sRGB)", "Utility - sRGB - Texture")
 
 #: steps of the table of decoded values, a multiple of those of bytes
 _STEPS = 255 * 16
@@ -55,8 +57,11 @@ class Images:
             return _plain(MISSING)
         self._findings.modelled("{}, averaged over each triangle", "image texture", image.name)
         space = image.colorspace_settings.name
-        if not image.is_float and not space.startswith(("sRGB", *_LINEAR_SPACES)):
-            self._findings.warn(f"colours in the space {space} are taken for sRGB in {{}}", "image", image.name)
+        linear = space.startswith(_LINEAR_SPACES)
+        known = space in (*_SRGB_SPACES, *_DATA_SPACES) or (linear and way_from(space) is not None)
+        if not image.is_float and not known:
+            taken = "Rec. 709" if linear else "sRGB"
+            self._findings.warn(f"colours in the space {space} are taken for {taken} in {{}}", "image", image.name)
         texture = _linear(image, pixels, with_alpha, blend)
         if not had_data:
             # Asking an image for almost anything loads it; what Blender did not hold before it need not hold now.

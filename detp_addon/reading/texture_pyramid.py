@@ -12,6 +12,9 @@ LARGEST_SIDE = 1024
 #: a triangle is cut into rows of at least and at most so many looks along each edge, where it covers so many texels
 _LEAST_CUTS, _MOST_CUTS = 4, 16
 
+#: a triangle with shorter edges, in texels, is but a point: rounding makes them of none
+_POINT = 1e-3
+
 #: looks for all triangles that are asked for at once, unless each has its least already
 _LOOKS = 1 << 22
 
@@ -71,7 +74,8 @@ class TexturePyramid:
             for _, along, across in triangle_centres(rows) - 1.0 / 3.0:
                 total += _texels(self.levels[level], middle + along * first + across * second, extension)
             result[here] = total / rows**2
-        points = np.flatnonzero(known & ~edges.any(axis=(1, 2))) if blend else []
+        sides = np.abs(edges * self.levels[0].shape[1::-1]).max(axis=(1, 2), initial=0.0)
+        points = np.flatnonzero(known & (sides < _POINT)) if blend else []
         if len(points):
             result[points] = self._blended(centres[points], extension)
         return result

@@ -267,7 +267,7 @@ def test_bytes_are_blended_before_they_are_decoded(interpolation, clear, alpha, 
     obj.data.uv_layers.new(name="UVMap").uv.foreach_set("vector", places.astype(np.float32).ravel())
     obj.data.materials.append(material(build))
     ours, theirs = read().scene.emission, emitted(obj)[:count]
-    assert np.median(np.abs(ours[:count] - theirs)) < 2e-3
+    np.testing.assert_allclose(ours[:count], theirs, atol=8e-3)
     # Where alpha and colours go together by chance of 2048 looks.
     noise = theirs.std(axis=0) * np.sqrt(1 / count + 1 / 2048)
     off = (ours[count:].mean(axis=0) - theirs.mean(axis=0)) / noise

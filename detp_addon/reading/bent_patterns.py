@@ -1,7 +1,9 @@
-"""Images and checkers that pass through a node which is not straight: of their mean it does not make its own mean."""
+"""Images and checkers whose mean does not tell the mean of what nodes make of them: on their way is one that is not
+straight, or colours and alpha of one image go together."""
 
 from __future__ import annotations
 
+from .read_images import veils
 from .read_node_graph import Feed, feed_of
 
 #: operations by which means of texels stay means, those of two images not looked at
@@ -23,6 +25,8 @@ def bends_patterns(feed: Feed) -> bool:
     waiting, fed, patterns = [feed] * (feed.node is not None), {}, []
     while waiting:
         here = waiting.pop()
+        if _alpha_apart(here.node):
+            return True
         if here.node.bl_idname in _PATTERNS:
             patterns.append(here)
         for socket in here.node.inputs:
@@ -42,6 +46,13 @@ def bends_patterns(feed: Feed) -> bool:
                 met.add(above.key)
                 patterns.append(above)
     return False
+
+
+def _alpha_apart(node) -> bool:
+    """Whether alpha and colours of an image are both used, and each by itself; otherwise one is the other's weight."""
+    if node.bl_idname != "ShaderNodeTexImage" or not all(output.is_linked for output in node.outputs):
+        return False
+    return node.image is not None and not veils(node.image)
 
 
 def _bent(node) -> bool:

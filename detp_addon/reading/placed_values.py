@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import bpy
@@ -95,6 +96,11 @@ class Standing:
         where = {"Generated": 0.5 * np.array(instance.orco) - 0.5, "UV": np.array([*instance.uv, 0.0])}
         return cls(obj, instance.parent, matrix, random, number, where, attributes, depsgraph)
 
+    def own(self, kind: str, name: str) -> np.ndarray | None:
+        """What (1, c) the object has without a mesh, None for what depends on the place on one."""
+        alone = kind == "property" or kind.startswith("object ")
+        return placed_value((kind, name), self, {}, 1) if alone else None
+
 
 def placed_value(key: tuple[str, str], standing: Standing, given: dict, corners: int) -> np.ndarray:
     """The values (corners, c) of ``key``; ``given`` has those of the mesh that it is made from."""
@@ -142,13 +148,16 @@ def _property(kind: str, name: str, standing: Standing) -> np.ndarray:
         owners = [standing.parent, *owners]
     if kind == "VIEW_LAYER":
         owners = [graph.view_layer_eval, graph.scene_eval, graph.scene_eval.world]
-    for owner in owners:
-        value = _looked_up(owner, name) if owner is not None and name else None
-        if value is not None:
-            return value
-    if instanced:
+    value = property_of(owners, name)
+    if value is None and instanced:
         standing.attributes.missing(name)
-    return np.zeros(4)
+    return np.zeros(4) if value is None else value
+
+
+def property_of(owners: Sequence, name: str) -> np.ndarray | None:
+    """RGBA (4,) of a property of that ``name`` or path of the first of the ``owners`` that has it, None without one."""
+    found = (_looked_up(owner, name) for owner in owners if owner is not None and name)
+    return next((value for value in found if value is not None), None)
 
 
 def _looked_up(owner, name: str) -> np.ndarray | None:

@@ -103,7 +103,7 @@ def read_instances(depsgraph, wanted: set | None, findings: Findings, written: S
         matrix = np.array([tuple(row) for row in instance.matrix_world])
         matrix[:3] *= metres
         if obj.type == "LIGHT":
-            _add_light(read, instance, matrix, metres, findings)
+            _add_light(read, instance, matrix, metres, findings, Standing.of(instance, depsgraph, attributes).own)
             continue
         slots = [layer.material_override] * bool(layer.material_override) or _slots(obj)
         key = (obj.data.as_pointer(), *(slot.as_pointer() if slot else 0 for slot in slots))
@@ -172,9 +172,9 @@ def _lightgroup(instance) -> str:
     return instance.object.lightgroup or (parent.lightgroup if parent is not None else "")
 
 
-def _add_light(read: RenderedObjects, instance, matrix: np.ndarray, metres: float, findings: Findings) -> None:
+def _add_light(read: RenderedObjects, instance, matrix: np.ndarray, metres: float, findings: Findings, own) -> None:
     obj = instance.object
-    light = read_light(obj, matrix, metres, findings)
+    light = read_light(obj, matrix, metres, findings, own)
     if light is not None:
         # The running number keeps instances of one lamp apart.
         findings.modelled("{}", f"{obj.data.type.lower()} light", str(len(read.lights)))

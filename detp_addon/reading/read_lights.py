@@ -23,12 +23,12 @@ _SHAPES = {"SQUARE": "rectangle", "RECTANGLE": "rectangle", "DISK": "ellipse", "
 SHEARED = 0.05
 
 
-def read_light(obj, matrix: np.ndarray, metres: float, findings: Findings) -> Light | None:
+def read_light(obj, matrix: np.ndarray, metres: float, findings: Findings, own) -> Light | None:
     """The light of an evaluated lamp object that ``matrix`` (4, 4) places in the world, None when it gives none.
 
     ``matrix`` is in metres, of which one of Blender's units has ``metres``; light falls off with Blender's units.
     Its flux is energy 2^exposure colour, times the temperature's colour and the node tree's emission where those
-    are used (shared with Cycles and checked against it).
+    are used (shared with Cycles and checked against it). ``own`` is Standing.own of the object.
     """
     lamp = obj.data
     if not np.isfinite(matrix).all():
@@ -37,7 +37,7 @@ def read_light(obj, matrix: np.ndarray, metres: float, findings: Findings) -> Li
     if lamp.type == "AREA" and getattr(lamp, "cycles", None) and lamp.cycles.is_portal:
         findings.left_out("{}, which only guide Cycles' sampling", "light portal", obj.name)
         return None
-    strength = _strength(obj, findings)
+    strength = _strength(obj, findings, own)
     if not np.isfinite(strength).all():
         findings.warn("lights whose strength is not a number are left out: {}", "light", obj.name)
         return None
@@ -53,7 +53,7 @@ def read_light(obj, matrix: np.ndarray, metres: float, findings: Findings) -> Li
     return light
 
 
-def _strength(obj, findings: Findings) -> np.ndarray:
+def _strength(obj, findings: Findings, own) -> np.ndarray:
     """Energy with colour (3,), in the unit of the lamp's type."""
     lamp = obj.data
     with np.errstate(all="ignore"):
@@ -61,11 +61,11 @@ def _strength(obj, findings: Findings) -> np.ndarray:
         if getattr(lamp, "use_temperature", False):
             strength = strength * np.array(lamp.temperature_color, np.float64)
         tree = node_tree(lamp)
-        return strength * _node_emission(tree, obj.name, findings) if tree else strength
+        return strength * _node_emission(tree, obj.name, findings, own) if tree else strength
 
 
-def _node_emission(tree, name: str, findings: Findings) -> np.ndarray:
-    emission = even_emission(tree, LAMP_RAYS)
+def _node_emission(tree, name: str, findings: Findings, own) -> np.ndarray:
+    emission = even_emission(tree, LAMP_RAYS, own)
     if emission is None:
         findings.warn("nodes that vary the light (patterns, IES profiles) are not read, of {}", "light", name)
         return np.ones(3)

@@ -12,7 +12,7 @@ from .findings import Findings
 from .read_colour_nodes import COLOUR_RULES
 from .read_images import Images
 from .read_input_nodes import INPUT_RULES
-from .read_node_graph import Feed, node_tree, output_feed, output_node
+from .read_node_graph import Feed, node_tree, output_feed
 from .read_shaders import DEFAULT_ALBEDO, Shaders
 from .read_values import Values
 from .response import Response
@@ -91,11 +91,8 @@ class Materials:
             return
         self._noted.add(pointer)
         tree = node_tree(material)
-        output = output_node(tree) if tree else None
-        if output is None:
-            return
         for name, sentence in (("Volume", "volumes of {}"), ("Displacement", "displacement of {}")):
-            if name in output.inputs and output.inputs[name].is_linked:
+            if tree is not None and output_feed(tree, name) is not None:
                 self._findings.left_out(sentence, "material", material.name)
 
     def note_mirrors(self) -> None:
@@ -261,15 +258,15 @@ def _triangle_means(raw: Response, count: int) -> Response:
     return raw.each(mean)
 
 
-def even_emission(tree, rays: dict[str, float | None]) -> np.ndarray | None:
+def even_emission(tree, rays: dict[str, float | None], *own) -> np.ndarray | None:
     """The emission (3,) of a lamp's or world's node tree, black without a feed, None when it varies with direction.
 
-    ``rays`` is what a Light Path node tells there.
+    ``rays`` is what a Light Path node tells there, ``own``, if given, what the light's object has (see Nowhere).
     """
     feed = output_feed(tree)
     if feed is None:
         return np.zeros(3)
     try:
-        return Shaders(Values(Nowhere(rays), RULES), lambda sentence: None).response(feed).emission[0]
+        return Shaders(Values(Nowhere(rays, *own), RULES), lambda sentence: None).response(feed).emission[0]
     except WhereaboutsUnknown:
         return None

@@ -64,19 +64,33 @@ def trees_within(tree: bpy.types.NodeTree | None) -> Iterator[bpy.types.NodeTree
 
 
 def output_feed(tree, name: str = "Surface") -> Feed | None:
-    """What feeds the input ``name`` of the output node that Cycles uses, None when nothing does."""
-    output = output_node(tree)
-    # A script can give a material the output node of a lamp, which has no such input.
-    if output is None or name not in output.inputs:
-        return None
-    feed = feed_of(output.inputs[name], ())
-    return feed if feed.node is not None or feed.socket.type != "SHADER" else None
+    """What feeds the input ``name`` of the output node that Cycles uses, None when nothing does.
+
+    Groups may hold that node. Since Blender resolves groups, outer ones and the tree itself come first, linked or not;
+    before, inner ones that are linked did.
+    """
+    for output, groups in _outputs(tree, (), set()):
+        # A script can give a material the output node of a lamp, which has no such input.
+        socket = output.inputs.get(name)
+        feed = feed_of(socket, groups) if socket is not None else None
+        if feed is not None and (feed.node is not None or (feed.socket.type != "SHADER" and feed.socket != socket)):
+            return feed
+        if _RESOLVED:
+            return None
+    return None
 
 
-def output_node(tree) -> bpy.types.Node | None:
-    """The output node of a tree that Cycles uses, None when there is none or it is muted."""
-    output = tree.get_output_node("CYCLES")
-    return None if output is None or output.mute else output
+def _outputs(tree, groups, seen: set) -> Iterator[tuple[bpy.types.Node, tuple[bpy.types.Node, ...]]]:
+    """The output nodes that are for Cycles and not muted, with the group nodes around each, as Cycles asks for them."""
+    seen.add(tree)
+    own = tree.get_output_node("CYCLES")
+    own = [(own, groups)] if own is not None and not own.mute else []
+    yield from own if _RESOLVED else ()
+    for node in tree.nodes:
+        inner = node.node_tree if node.bl_idname == "ShaderNodeGroup" and not node.mute else None
+        if inner is not None and inner not in seen:
+            yield from _outputs(inner, (*groups, node), seen)
+    yield from () if _RESOLVED else own
 
 
 def find_input(node, identifier: str):

@@ -143,7 +143,8 @@ def read_scene(
     visit = partial(read_instances, wanted=wanted, findings=findings, written=written)
     read = view_as_render(context_scene, view_layer, visit, frame)
     placed = _met_once(read, placed_triangles(read.surfaces, read.placements), findings)
-    world = _world_light(read, context_scene.frame_current if frame is None else frame, findings)
+    frame = context_scene.frame_current if frame is None else frame
+    world = _world_light(read, frame, findings, (view_layer, context_scene))
     # Cycles leaves highlights away where mirrors are to send no light on.
     even = "even" if getattr(getattr(context_scene, "cycles", None), "caustics_reflective", True) else "albedo"
     scene = _scene(read, placed, world, even, findings)
@@ -202,14 +203,14 @@ def _name_missing(wanted: set[bpy.types.Object], baked: set[str], findings: Find
             findings.warn("there is no light to bake on {}, of which a render shows no face", "object", name)
 
 
-def _world_light(read: RenderedObjects, frame: int, findings: Findings) -> list[Light]:
-    """The world at a ``frame`` as a light, none when it is black."""
+def _world_light(read: RenderedObjects, frame: int, findings: Findings, owners: Sequence) -> list[Light]:
+    """The world at a ``frame`` as a light, none when it is black; ``owners`` as :func:`world_lights` has them."""
     if read.radiance is not None:
         if not read.radiance.any():
             return []
         findings.modelled("a world of one colour")
         return [UniformWorld(read.radiance)]
-    picture, suns = world_lights(read.world, frame, findings.left_out)
+    picture, suns = world_lights(read.world, frame, findings.left_out, owners)
     for sun in suns:
         findings.modelled(f"a sun of the world, {np.degrees(sun.angle):.2g} degrees wide, as a light of its own")
     if not picture.any():

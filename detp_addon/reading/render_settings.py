@@ -236,6 +236,10 @@ def note_object(obj, shines: bool, mirrors: bool, findings: Findings) -> None:
     note("object", getattr(obj, "cycles", None), findings, "object", obj.name)
     for modifier in obj.modifiers:  # from Blender 5 on it is the modifier's
         note("object", modifier, findings, "object", obj.name)
+        textures = [getattr(modifier, name, None) for name in ("texture", "mask_texture")]
+        if modifier.show_render and any(texture and texture.type == "NOISE" for texture in textures):
+            findings.left_out("Noise textures in modifiers of {}, which Blender makes anew whenever it looks, so that "
+                              "renders see other surfaces", "object", obj.name)  # fmt: skip
     linking = getattr(obj, "light_linking", None)
     if shines and linking and linking.receiver_collection:
         findings.left_out("light linking of {} that shine, which light everything here", "object", obj.name)

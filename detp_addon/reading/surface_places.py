@@ -99,18 +99,30 @@ class Probe:
 
 
 class Nowhere:
-    """No surface at all, for lights and worlds that are the same everywhere; raises WhereaboutsUnknown otherwise."""
+    """No surface at all, for lights and worlds that are the same everywhere; raises WhereaboutsUnknown otherwise.
+
+    ``own`` gives what the light's object has, by kind and name, None for what it has not.
+    """
 
     real = True
 
-    def __init__(self, rays: dict[str, float | None]):
-        self._rays = rays
+    def __init__(self, rays: dict[str, float | None], own=lambda kind, name: None):
+        self._rays, self._own = rays, own
 
     def given(self, kind: str, name: str = ""):
+        """What the object itself has; raises otherwise."""
+        value = self._own(kind, name)
+        if value is None:
+            raise WhereaboutsUnknown
+        return value
+
+    def unknown(self, feature: str):
         """Raise."""
         raise WhereaboutsUnknown
 
-    unknown = coarser_than = given
+    def coarser_than(self, coordinates, size: float):
+        """Raise."""
+        raise WhereaboutsUnknown
 
     @property
     def back(self):
@@ -175,11 +187,11 @@ class Patches:
 
     def image(self, node, coordinates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Colour (16 T, 3) and alpha (16 T, 1) on each patch."""
-        texture = self._images.texture(node.image, with_alpha=node.outputs["Alpha"].is_linked)
+        blend = node.interpolation != "Closest"
+        texture = self._images.texture(node.image, node.outputs["Alpha"].is_linked, blend)
         if node.projection != "FLAT":
             self.unknown(f"image projection ({node.projection.lower()}), taken as the image's mean")
             coordinates = np.full_like(coordinates, np.nan)
-        blend = node.interpolation != "Closest"
         centres, edges = coordinates[:, :2], _patch_edges(coordinates)
         if self._draw is None:
             rgba = texture.patches(centres, edges, node.extension, blend)

@@ -12,6 +12,9 @@ LARGEST_SIDE = 1024
 #: a triangle is cut into rows of at least and at most so many looks along each edge, where it covers so many texels
 _LEAST_CUTS, _MOST_CUTS = 4, 16
 
+#: a triangle with shorter edges, in texels, is but a point: rounding makes them of none
+_POINT = 1e-3
+
 #: looks for all triangles that are asked for at once, unless each has its least already
 _LOOKS = 1 << 22
 
@@ -21,24 +24,30 @@ class TexturePyramid:
     """Linear RGBA pictures (H, W, 4), row 0 at the bottom, each half the size of the one before.
 
     ``associated`` says that the colours are multiplied by the alpha, which keeps clear texels from tinting means.
+    ``encoded`` says that texels are blended in sRGB; then ``texels`` are those of the first picture themselves, which
+    has what is shown on each on average.
     """
 
     levels: tuple[np.ndarray, ...]
     associated: bool
+    texels: np.ndarray
+    encoded: bool
 
     @classmethod
-    def of(cls, rgba: np.ndarray, associated: bool) -> TexturePyramid:
-        """From linear RGBA (H, W, 4) whose colours are not multiplied by the alpha."""
-        if associated:
-            rgba = np.concatenate([rgba[..., :3] * rgba[..., 3:], rgba[..., 3:]], axis=2)
-        while max(rgba.shape[:2]) > LARGEST_SIDE:
-            rgba = _halved(rgba)
-        levels = [rgba]
+    def of(cls, rgba: np.ndarray, associated: bool, shown: np.ndarray | None = None) -> TexturePyramid:
+        """From linear RGBA (H, W, 4) whose colours are not multiplied by the alpha.
+
+        ``shown`` (H, W, 3) are the mean colours over each texel, where they are not its own.
+        """
+        encoded = shown is not None
+        texels, *shown = (_fitting(rgba, colours, associated) for colours in (rgba, shown) if colours is not None)
+        levels = [*(shown or [texels])]
         while max(levels[-1].shape[:2]) > 1:
             levels.append(_halved(levels[-1]))
         # Half floats are exact to 0.05 % and keep a scene with many textures small; bright skies do not fit.
-        dtype = np.float16 if rgba.max(initial=0.0) < 6e4 else np.float32
-        return cls(tuple(level.astype(dtype) for level in levels), associated)
+        dtype = np.float16 if texels.max(initial=0.0) < 6e4 else np.float32
+        levels = tuple(level.astype(dtype) for level in levels)
+        return cls(levels, associated, texels.astype(dtype) if encoded else levels[0], encoded)
 
     @property
     def mean(self) -> np.ndarray:
@@ -63,16 +72,17 @@ class TexturePyramid:
             middle, first, second = centres[here], edges[here, 0], edges[here, 1]
             total = np.zeros((len(here), 4))
             for _, along, across in triangle_centres(rows) - 1.0 / 3.0:
-                total += self._texels(level, middle + along * first + across * second, extension)
+                total += _texels(self.levels[level], middle + along * first + across * second, extension)
             result[here] = total / rows**2
-        points = np.flatnonzero(known & ~edges.any(axis=(1, 2))) if blend else []
+        sides = np.abs(edges * self.levels[0].shape[1::-1]).max(axis=(1, 2), initial=0.0)
+        points = np.flatnonzero(known & (sides < _POINT)) if blend else []
         if len(points):
             result[points] = self._blended(centres[points], extension)
         return result
 
     def looked_at(self, places: np.ndarray, extension: str, blend: bool) -> np.ndarray:
         """RGBA (m, 4) at ``places`` (m, 2), as the four texels around are blended, or of the texel there alone."""
-        return self._blended(places, extension) if blend else self._texels(0, places, extension).astype(np.float64)
+        return self._blended(places, extension) if blend else _texels(self.texels, places, extension).astype(np.float64)
 
     def _fineness(self, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Into how many rows (m,) to cut each triangle, and the level (m,) to look at, for about two looks a texel."""
@@ -95,20 +105,36 @@ class TexturePyramid:
         for right in (0, 1):
             for up in (0, 1):
                 weight = np.abs((1 - right, 1 - up) - share).prod(axis=1, keepdims=True)
-                total += weight * self._texels(0, (low + (right + 0.5, up + 0.5)) / size, extension)
-        return total
+                texels = _texels(self.texels, (low + (right + 0.5, up + 0.5)) / size, extension)
+                total += weight * (self._recoded(texels.astype(float), linear_to_srgb) if self.encoded else texels)
+        return self._recoded(total, srgb_to_linear) if self.encoded else total
 
-    def _texels(self, level: int, places: np.ndarray, extension: str) -> np.ndarray:
-        """RGBA (m, 4) of the texels at ``places`` (m, 2)."""
-        height, width = self.levels[level].shape[:2]
-        column, row = (
-            np.minimum((_wrapped(places[:, axis], extension) * size).astype(np.int32), size - 1)
-            for axis, size in enumerate((width, height))
-        )
-        texels = self.levels[level].reshape(-1, 4).take(row * width + column, axis=0)
-        if extension == "CLIP":
-            texels[((places < 0) | (places > 1)).any(axis=1)] = 0.0
-        return texels
+    def _recoded(self, rgba: np.ndarray, curve) -> np.ndarray:
+        """RGBA (m, 4) whose colours, without the alpha that they may be multiplied by, go through a ``curve``."""
+        alpha = np.maximum(rgba[:, 3:], 1e-9) if self.associated else 1.0
+        return np.concatenate([curve(rgba[:, :3] / alpha) * alpha, rgba[:, 3:]], axis=1)
+
+
+def _fitting(rgba: np.ndarray, colours: np.ndarray, associated: bool) -> np.ndarray:
+    """Those ``colours`` (H, W, 3 or more) with the alpha of ``rgba`` (H, W, 4), halved until they fit."""
+    alpha = rgba[..., 3:]
+    picture = np.concatenate([colours[..., :3] * alpha if associated else colours[..., :3], alpha], axis=2)
+    while max(picture.shape[:2]) > LARGEST_SIDE:
+        picture = _halved(picture)
+    return picture
+
+
+def _texels(picture: np.ndarray, places: np.ndarray, extension: str) -> np.ndarray:
+    """RGBA (m, 4) of the texels of a ``picture`` (H, W, 4) at ``places`` (m, 2)."""
+    height, width = picture.shape[:2]
+    column, row = (
+        np.minimum((_wrapped(places[:, axis], extension) * size).astype(np.int32), size - 1)
+        for axis, size in enumerate((width, height))
+    )
+    texels = picture.reshape(-1, 4).take(row * width + column, axis=0)
+    if extension == "CLIP":
+        texels[((places < 0) | (places > 1)).any(axis=1)] = 0.0
+    return texels
 
 
 def triangle_centres(rows: int) -> np.ndarray:
@@ -147,3 +173,9 @@ def srgb_to_linear(encoded: np.ndarray) -> np.ndarray:
     """Linear light of sRGB-encoded values (IEC 61966-2-1)."""
     low = encoded <= 0.04045
     return np.where(low, encoded / 12.92, ((np.maximum(encoded, 0.04045) + 0.055) / 1.055) ** 2.4)
+
+
+def linear_to_srgb(linear: np.ndarray) -> np.ndarray:
+    """The inverse of :func:`srgb_to_linear`."""
+    low = linear <= 0.04045 / 12.92
+    return np.where(low, linear * 12.92, 1.055 * np.maximum(linear, 0.04045 / 12.92) ** (1 / 2.4) - 0.055)

@@ -14,8 +14,8 @@ DIFFUSE_RAYS = {
     "Ray Depth": 1.0,
     "Diffuse Depth": 1.0,
 }
-#: of those that end in the world, which has no distance and counts as one reflection more
-WORLD_RAYS = {**DIFFUSE_RAYS, "Ray Length": 0.0, "Ray Depth": 2.0}
+#: of those that end in the world, which is at no distance short of infinity and counts as one reflection more
+WORLD_RAYS = {**DIFFUSE_RAYS, "Ray Length": math.inf, "Ray Depth": 2.0}
 #: of those to a lamp or a shining surface, which are of no kind; their length is none that holds everywhere
 LAMP_RAYS = {"Ray Depth": 1.0, "Ray Length": None}
 #: and of those that ask whether anything stands between

@@ -20,10 +20,16 @@ def from_rec709(colours: np.ndarray) -> np.ndarray:
     return in_working_space(colours, "Linear Rec.709")
 
 
+def way_from(space: str) -> str | None:
+    """The name of Color's way from a linear colour ``space`` to the working space, None when this Blender has none."""
+    way = f"from_{_WAYS.get(space, '')}_to_scene_linear"
+    return way if hasattr(Color, way) else None
+
+
 def in_working_space(colours: np.ndarray, space: str) -> np.ndarray:
     """Linear ``colours`` (..., 3) of a colour ``space`` in the working space; they stay when nothing is known of it."""
-    way = f"from_{_WAYS.get(space, '')}_to_scene_linear"
-    if not hasattr(Color, way):
+    way = way_from(space)
+    if way is None:
         return colours
     rows = np.array([getattr(Color(axis), way)() for axis in np.eye(3)])
     # Rounding in the library's matrices is no reason to touch what is in the working space already.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 import bpy
@@ -14,9 +14,13 @@ from mathutils import Vector
 
 from ...core.errors import SceneBusyError
 from ...core.lights.sun import SunLight
+from .placed_values import property_of
 from .render_view import render, temporary_scene
 from .views import WORLD_RAYS
 from .world_spots import Spot, hide_suns, spots
+
+#: the largest number of a node
+LARGEST = float(np.finfo(np.float32).max)
 
 #: size of the picture; the sun is about one and a half pixels wide
 WIDTH, HEIGHT = 1024, 512
@@ -43,14 +47,15 @@ _LEAST_SUN, _SMALL = 1e-3, 0.02
 _BESIDE = 0.05
 
 
-def world_lights(world, frame: int, left_out) -> tuple[np.ndarray, list[SunLight]]:
+def world_lights(world, frame: int, left_out, owners: Sequence = ()) -> tuple[np.ndarray, list[SunLight]]:
     """What diffuse surfaces receive from ``world``: radiance (HEIGHT, WIDTH, 3), in the layout of EnvironmentWorld, and
     suns that are too small for a picture, which are no part of it.
 
     Other bright things are rendered again with more samples, so that their flux is right to about a percent.
-    ``left_out`` is called with what cannot be honoured. Raises SceneBusyError when Blender refuses to render.
+    ``left_out`` is called with what cannot be honoured; ``owners``, the view layer and the scene, have what Attribute
+    nodes ask for. Raises SceneBusyError when Blender refuses to render.
     """
-    with temporary_scene(bpy.data.scenes.new("detp")) as scene, _seen_by_diffuse_light(world) as copy:
+    with temporary_scene(bpy.data.scenes.new("detp")) as scene, _seen_by_diffuse_light(world, owners) as copy:
         _prepare(scene, frame)
         scene.world = copy
         found = spots(copy.node_tree, left_out)
@@ -130,7 +135,7 @@ def pixel_directions(height: int, width: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 @contextmanager
-def _seen_by_diffuse_light(world) -> Iterator[bpy.types.World]:
+def _seen_by_diffuse_light(world, owners: Sequence = ()) -> Iterator[bpy.types.World]:
     """A copy of the world that shows the camera what diffuse rays see."""
     copy, groups = world.copy(), []
     try:
@@ -140,7 +145,7 @@ def _seen_by_diffuse_light(world) -> Iterator[bpy.types.World]:
         if hasattr(copy, "cycles"):
             # Only the camera looks at the sky: a map of where to send shadow rays would be made for nothing.
             copy.cycles.sampling_method = "NONE"
-        _set_rays(copy.node_tree, groups)
+        _set_known(copy.node_tree, groups, (*owners, world))
         yield copy
     finally:
         bpy.data.worlds.remove(copy)
@@ -148,10 +153,10 @@ def _seen_by_diffuse_light(world) -> Iterator[bpy.types.World]:
             bpy.data.node_groups.remove(group)
 
 
-def _set_rays(tree, groups: list) -> None:
-    """Let all Light Path nodes in a tree tell what diffuse light sees, and its outputs have no volume.
+def _set_known(tree, groups: list, owners: Sequence) -> None:
+    """Let all Light Path nodes in a tree tell what diffuse light sees, and Attribute nodes what the ``owners`` have.
 
-    Its node groups become copies, in ``groups``.
+    Its outputs have no volume, and its node groups become copies, in ``groups``.
     """
     for node in list(tree.nodes):
         if node.bl_idname == "ShaderNodeOutputWorld":
@@ -161,19 +166,24 @@ def _set_rays(tree, groups: list) -> None:
         if node.bl_idname == "ShaderNodeGroup" and node.node_tree is not None:
             node.node_tree = node.node_tree.copy()
             groups.append(node.node_tree)
-            _set_rays(node.node_tree, groups)
+            _set_known(node.node_tree, groups, owners)
         elif node.bl_idname == "ShaderNodeLightPath" and not node.mute:
             for socket in node.outputs:
-                _replace(tree, socket, WORLD_RAYS.get(socket.identifier, 0.0))
+                _replace(tree, socket, min(WORLD_RAYS.get(socket.identifier, 0.0), LARGEST))
+        elif getattr(node, "attribute_type", "") == "VIEW_LAYER" and not node.mute:
+            found = property_of(owners, node.attribute_name)
+            for socket in node.outputs if found is not None else ():
+                number = {"Fac": found[:3].mean(), "Alpha": found[3]}.get(socket.identifier)
+                _replace(tree, socket, tuple(found) if number is None else number)
 
 
-def _replace(tree, socket, number: float) -> None:
-    """Let a plain number take the place of an output."""
+def _replace(tree, socket, known: float | tuple) -> None:
+    """Let a plain number or colour take the place of an output."""
     targets = [link.to_socket for link in socket.links]
     if not targets:
         return
-    value = tree.nodes.new("ShaderNodeValue")
-    value.outputs[0].default_value = number
+    value = tree.nodes.new("ShaderNodeRGB" if isinstance(known, tuple) else "ShaderNodeValue")
+    value.outputs[0].default_value = known
     for target in targets:
         tree.links.new(value.outputs[0], target)
 

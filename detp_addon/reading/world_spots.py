@@ -56,7 +56,7 @@ class _Directions(Nowhere):
 
 
 def spots(tree, left_out) -> list[Spot]:
-    """The spots of a world's node ``tree``, whether or not its output shows them.
+    """The spots of a world's node ``tree``, whether or not its output shows them; one where several nodes have theirs.
 
     ``left_out`` is called with a sentence when an image is too large, or turned in a way that nobody can undo.
     """
@@ -78,7 +78,12 @@ def spots(tree, left_out) -> list[Spot]:
         for spot in local:
             towards = turned(spot.towards)
             found.append(Spot(towards / np.linalg.norm(towards), spot.half, spot.disc))
-    return found
+    # A close-up shows whatever is there: two skies, or an image and its copy for the camera, must not count twice.
+    alone: list[Spot] = []
+    for spot in sorted(found, key=lambda spot: -(spot.disc or 0.0)):
+        if all(spot.towards @ other.towards < math.cos(max(spot.half, other.half)) for other in alone):
+            alone.append(spot)
+    return alone
 
 
 def hide_suns(tree) -> None:

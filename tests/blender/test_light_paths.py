@@ -143,6 +143,18 @@ def test_what_only_mirrors_see_is_named_where_there_are_any(floor):
     assert len(named) == 2 and any("world" in each for each in named)
 
 
+@pytest.mark.parametrize("tint", [lambda tree: (0.6, 0.6, 0.6, 1), gradient])
+def test_the_world_is_infinitely_far_away(tint):
+    """Cycles tells the largest number there is, which most scenes cut."""
+
+    def build(tree):
+        cut = node(tree, "ShaderNodeMath", {"operation": "MINIMUM"}, Value=path(tree, "Ray Length"), Value_001=0.5)
+        return background(tree, Color=tint(tree), Strength=cut.outputs[0])
+
+    world_of(build)
+    assert np.allclose(radiance(), 0.3, atol=0.01)
+
+
 @pytest.mark.parametrize("build, word", [
     (lambda tree: tree.nodes.new("ShaderNodeTexCoord").outputs["Window"], "camera"),
     (lambda tree: tree.nodes.new("ShaderNodeCameraData").outputs["View Vector"], "camera"),

@@ -74,6 +74,55 @@ def test_nodes_that_vary_the_light_are_named():
     assert any("patterned" in warning for warning in result.warnings)
 
 
+OWN = {
+    ("ObjectInfo", "Color"): (0.2, 0.5, 0.8),
+    ("ObjectInfo", "Alpha"): (0.3, 0.3, 0.3),
+    ("ObjectInfo", "Location"): (1, 2, 3),
+    ("ObjectInfo", "Object Index"): (7, 7, 7),
+    ("OBJECT", "warmth"): (0.25, 0.25, 0.25),
+    ("OBJECT", "data.energy"): (10, 10, 10),
+    ("OBJECT", "none"): (0, 0, 0),
+    ("VIEW_LAYER", "mood"): (0.5, 0.75, 1),
+}
+
+
+@pytest.mark.parametrize("asked", OWN, ids=" ".join)
+def test_what_a_lamps_nodes_ask_of_its_object(scene, asked):
+    """Values as Cycles showed them, on lamps that stand alone and on instances."""
+    made = lamp("POINT", "asking", location=(1, 2, 3), energy=10.0)
+    made.color, made.pass_index, made["warmth"], scene["mood"] = (0.2, 0.5, 0.8, 0.3), 7, 0.25, (0.5, 0.75, 1.0)
+    lamp("SUN", energy=1.0)
+    kind, name = asked
+    tree = with_nodes(made.data)
+    if kind == "ObjectInfo":
+        given = tree.nodes.new("ShaderNodeObjectInfo").outputs[name]
+    else:
+        settings = {"attribute_type": kind, "attribute_name": name}
+        given = node(tree, "ShaderNodeAttribute", settings).outputs["Color"]
+    emission = node(tree, "ShaderNodeEmission", Color=given)
+    tree.links.new(emission.outputs[0], tree.nodes.new("ShaderNodeOutputLight").inputs["Surface"])
+    result = read()
+    powers = [light.power for light in result.scene.lights if hasattr(light, "power")]
+    assert np.allclose(sum(powers, np.zeros(3)), 10 * np.array(OWN[asked]), rtol=1e-6)
+    assert not result.warnings and not result.left_out
+
+
+def test_each_instance_of_a_lamp_has_what_is_its_own(scene):
+    group, inside = bpy.data.collections.new("group"), bpy.data.objects.new("in", bpy.data.lights.new("in", "POINT"))
+    group.objects.link(inside)
+    inside.data.energy = 10.0
+    tree = with_nodes(inside.data)
+    settings = {"attribute_type": "INSTANCER", "attribute_name": "warmth"}
+    emission = node(tree, "ShaderNodeEmission", Color=node(tree, "ShaderNodeAttribute", settings).outputs["Color"])
+    tree.links.new(emission.outputs[0], tree.nodes.new("ShaderNodeOutputLight").inputs["Surface"])
+    for x in (2.0, 5.0):
+        instancer = linked("instancer", None, (x, 0, 0))
+        instancer.instance_type, instancer.instance_collection = "COLLECTION", group
+        instancer["warmth"] = x
+    powers = {light.position[0]: light.power[0] for light in read().scene.lights}
+    assert powers == pytest.approx({2.0: 20.0, 5.0: 50.0})
+
+
 def test_spot_light_shines_along_its_own_minus_z():
     made = lamp("SPOT", location=(0, 0, 5), energy=40.0, spot_size=1.0, spot_blend=0.3, shadow_soft_size=0.0)
     made.rotation_euler = (math.pi / 2, 0, 0)

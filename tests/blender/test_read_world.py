@@ -176,6 +176,58 @@ def test_a_sun_is_found_however_its_image_is_turned(angle):
     assert np.degrees(np.arccos(min(spot.towards @ (turn @ towards), 1.0))) < 0.02
 
 
+def suns_of(*shown):
+    """The suns under a world that mixes what the outputs of these nodes show, half of each."""
+    tree = bpy.context.scene.world.node_tree
+    mixed = node(tree, "ShaderNodeMixRGB", Fac=0.5, Color1=shown[0], Color2=shown[-1])
+    background = next(each for each in tree.nodes if each.bl_idname == "ShaderNodeBackground")
+    tree.links.new(mixed.outputs[0], background.inputs["Color"])
+    return [light for light in read().scene.lights if hasattr(light, "irradiance")]
+
+
+@pytest.mark.parametrize("kind", ["ShaderNodeTexSky", "ShaderNodeTexEnvironment"])
+def test_a_sun_that_two_nodes_show_counts_once(kind):
+    """Such as an image for the light, and the same turned darker for the camera."""
+    sky_image({(700, 1000): (5e4, 5e4, 5e4)})
+    tree = bpy.context.scene.world.node_tree
+    picture = bpy.data.images["sky"]
+
+    def made():
+        other = tree.nodes.new(kind)
+        if kind == "ShaderNodeTexSky":
+            other.sun_elevation, other.sun_size = 0.7, 0.005
+        else:
+            other.image, other.interpolation = picture, "Closest"
+        return other
+
+    first = made()
+    tree.nodes.remove(next(each for each in tree.nodes if each.bl_idname == "ShaderNodeTexEnvironment"))
+    (once,) = suns_of(first.outputs[0])
+    (both,) = suns_of(first.outputs[0], made().outputs[0])
+    np.testing.assert_allclose(both.direction, once.direction, atol=1e-4)
+    np.testing.assert_allclose(both.irradiance, once.irradiance, rtol=0.02)
+
+
+def test_properties_of_the_scene_count_in_a_sky(scene):
+    """The picture of it is made in a scene of its own, which has none."""
+    scene["strength"], scene["tint"] = 0.5, (0.2, 0.4, 0.8)
+
+    def build(tree):
+        asked = [
+            node(tree, "ShaderNodeAttribute", {"attribute_type": "VIEW_LAYER", "attribute_name": name}).outputs
+            for name in ("strength", "tint")
+        ]
+        towards = tree.nodes.new("ShaderNodeTexCoord").outputs["Generated"]
+        colour = node(tree, "ShaderNodeVectorMath", {"operation": "MULTIPLY_ADD"}, Vector=towards,
+                      Vector_001=(0.1, 0.1, 0.1), Vector_002=asked[1]["Color"])  # fmt: skip
+        return colour.outputs[0], asked[0]["Fac"]
+
+    world_of(build)
+    radiance = only_light().radiance
+    mean = (radiance * directions(radiance)[1][..., None]).sum(axis=(0, 1)) / (4 * math.pi)
+    np.testing.assert_allclose(mean, (0.1, 0.2, 0.4), rtol=0.01)
+
+
 def test_what_is_no_small_spot_stays_in_the_picture():
     """A lamp of ten degrees, and a texel that is bright but brings next to nothing."""
     pixels = {(row, column): (30.0, 30.0, 30.0) for row in range(600, 656) for column in range(500, 556)}

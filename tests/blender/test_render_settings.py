@@ -80,6 +80,18 @@ def test_light_linking_of_meshes_that_shine_is_named():
     assert any("shadow linking of 1 object (blocker)" in sentence for sentence in left_out)
 
 
+@pytest.mark.parametrize("kind", ["DISPLACE", "WARP", "VERTEX_WEIGHT_EDIT"])
+def test_noise_that_is_another_at_each_look_is_named(kind):
+    moved = quad("moved", location=(0, 0, 1)).modifiers.new("moved", kind)
+    slot = "mask_texture" if hasattr(moved, "mask_texture") else "texture"
+    setattr(moved, slot, bpy.data.textures.new("clouds", "CLOUDS"))
+    assert read().left_out == ()
+    setattr(moved, slot, bpy.data.textures.new("noise", "NOISE"))
+    assert [words for words in read().left_out if "Noise textures in modifiers of 1 object (moved)" in words]
+    moved.show_render = False
+    assert read().left_out == ()
+
+
 @pytest.mark.parametrize("prop", ["visible_glossy", "visible_transmission"])
 def test_what_mirrors_do_not_show_is_named_where_there_are_some(prop):
     setattr(bpy.data.objects["floor"], prop, False)

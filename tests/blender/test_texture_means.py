@@ -236,3 +236,39 @@ def test_what_texels_become_depends_on_nothing_but_their_triangle():
     assert len(alone) == 60 and len(among) == 100
     assert any(np.array_equal(among[k : k + 60], alone) for k in (0, 40))
     assert len(np.unique(among)) > 20
+
+
+def speckled(clear):
+    """Bytes (64, 64, 4) of chance, black and clear in a ``clear`` share."""
+    generator = np.random.default_rng(5)
+    there = generator.random((64, 64, 1)) >= clear
+    return np.concatenate([generator.random((64, 64, 3)) * there, there], axis=2)
+
+
+@pytest.mark.parametrize("interpolation", ["Linear", "Closest"])
+@pytest.mark.parametrize("clear, alpha", [(0.0, False), (0.5, False), (0.5, True)])
+@pytest.mark.parametrize("colour_space", ["sRGB", "Non-Color"])
+def test_bytes_are_blended_before_they_are_decoded(interpolation, clear, alpha, colour_space):
+    """At places all over a picture, and as the mean of a face, it is what Cycles shows there."""
+    picture = image(speckled(clear), colour_space=colour_space)
+
+    def build(tree):
+        shown = node(tree, "ShaderNodeTexImage", {"image": picture, "interpolation": interpolation})
+        glow = node(tree, "ShaderNodeEmission", Color=shown.outputs["Color"]).outputs[0]
+        none = tree.nodes.new("ShaderNodeBsdfTransparent").outputs[0]
+        cut = {"Shader": none, "Shader_001": glow, "Fac": shown.outputs["Alpha"]}
+        return node(tree, "ShaderNodeMixShader", **cut).outputs[0] if alpha else glow
+
+    count = 3000
+    places = np.repeat(np.random.default_rng(6).random((count, 1, 2)), 3, axis=1)
+    places = np.concatenate([places, [[(0, 0), (1, 0), (1, 1)], [(0, 0), (1, 1), (0, 1)]]])
+    corners = [(x + 2.0 * k, y, 0) for k in range(len(places)) for x, y in ((0, 0), (1, 0), (0, 1))]
+    obj = linked("faces", mesh(corners, np.arange(len(corners)).reshape(-1, 3).tolist()))
+    obj.data.uv_layers.new(name="UVMap").uv.foreach_set("vector", places.astype(np.float32).ravel())
+    obj.data.materials.append(material(build))
+    ours, theirs = read().scene.emission, emitted(obj)[:count]
+    np.testing.assert_allclose(ours[:count], theirs, atol=8e-3)
+    # Where alpha and colours go together by chance of 2048 looks.
+    noise = theirs.std(axis=0) * np.sqrt(1 / count + 1 / 2048)
+    off = (ours[count:].mean(axis=0) - theirs.mean(axis=0)) / noise
+    assert (np.abs(off) < 4.0).all(), off

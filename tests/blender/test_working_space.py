@@ -6,6 +6,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 import scene_table  # noqa: E402
+from beside_cycles import emitted  # noqa: E402
 from detp.detp_addon.reading.working_space import from_rec709, luminance  # noqa: E402
 from made_scenes import image  # noqa: E402
 from test_every_node import unlike_cycles  # noqa: E402
@@ -57,3 +58,25 @@ def test_colours_are_those_of_cycles(monkeypatch, space):
     shaders = {name: lambda tree, build=build: scene_table.shining(tree, build) for name, build in SHADERS.items()}
     assert unlike_cycles(shaders) == {}
     assert luminance(from_rec709(np.ones((1, 3)))) == pytest.approx(1.0, abs=1e-3)
+
+
+def showing(build):
+    return lambda tree: scene_table.shining(tree, build)
+
+
+@pytest.mark.parametrize("is_float", [False, True])
+def test_images_in_any_colour_space_are_as_in_cycles_or_named(is_float):
+    spaces = bpy.types.ColorManagedInputColorspaceSettings.bl_rna.properties["name"].enum_items.keys()
+    spaces = [name for name in spaces if name != "Working Space"]
+    assert len(spaces) > 20
+    zoo = scene_table.Zoo.of([showing(of_image(name, is_float)) for name in spaces])
+    result, _ = zoo.read()
+    ours, theirs = result.scene.emission.reshape(-1, len(spaces), 3)[0], emitted(zoo.obj)
+    unlike = {
+        name
+        for name, mine, other in zip(spaces, ours, theirs, strict=True)
+        if not np.allclose(mine, other, rtol=5e-3, atol=2e-3)
+    }
+    named = {name for name in spaces if any(f"the space {name} are" in words for words in result.warnings)}
+    assert unlike <= named and not {"sRGB", "Linear Rec.709", "Non-Color"} & named
+    assert not is_float or not named

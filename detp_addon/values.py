@@ -88,7 +88,9 @@ def values_of(points: BakedPoints, result: BakeResult, whole: BakeResult | None 
     if points.fit is None:
         return LightValues(result.irradiance, result.direct.value, result.indirect.value, ~hidden, result.open)
     seen = np.where(hidden, 0.0, result.open)
-    fitted = points.fit.fitted(result.light, seen, result.direct, result.settled)
+    fitted = result.settled
+    if fitted is None or not np.array_equal(hidden, result.hidden):
+        fitted = points.fit.fitted(result.light, seen, result.direct)
     value, part = fitted.value, fitted.part
     return LightValues(value, part, value - part, fitted.known, seen)
 

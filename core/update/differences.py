@@ -28,11 +28,11 @@ from ..stages import collected
 from .changed_places import Balls, Rays, Sight
 
 #: Rays from each point by chance whose landings are kept, a power of two; and to lights.
-VIEWS, AIMED = 16, 1
+VIEWS, AIMED = 8, 1
 
 #: The noise that rays may leave which look for differences, over that of the first bake; and the least share of the
 #: views that are followed on where no record tells of the difference.
-NOISE, LEAST_FOLLOWED = 0.3, 1 / 32
+NOISE, LEAST_FOLLOWED = 0.4, 1 / 32
 
 #: Points whose rays are cast at a time.
 POINTS_PER_CHUNK = 1 << 14
@@ -146,7 +146,8 @@ class LightDifferences:
         as the places' groups know them.
         """
         found = [(np.empty(0, np.int64), np.empty((0, 3)))]
-        row = np.repeat(np.arange(len(places)), count)
+        # Before who has all cones behind it nothing changed.
+        row = np.repeat(np.flatnonzero(sight.count.any(axis=0)), count)
         every = places.taken(row)
         if lamps.kinds:
             rays = lamps.rays(every.origins, every.normals, every.group, generator.random((len(row), 3)))

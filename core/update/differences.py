@@ -35,7 +35,7 @@ VIEWS, AIMED = 8, 1
 NOISE, LEAST_FOLLOWED = 0.4, 1 / 32
 
 #: Points whose rays are cast at a time.
-POINTS_PER_CHUNK = 1 << 14
+POINTS_PER_CHUNK = 1 << 15
 
 
 @dataclass(frozen=True)

@@ -70,7 +70,7 @@ def main() -> int:
 def searching():
     """Processor seconds of each search of records that are placed anew."""
     spent: list[float] = []
-    make, gathered = changed_light.make_gatherer, changed_light.ChangedRecords._gathered
+    make, gathered = changed_light.make_gatherer, changed_light.ChangedRecords._sums
     fresh: set[int] = set()
 
     def timed(call, *given):
@@ -87,11 +87,11 @@ def searching():
     def asked(self, search, *given):
         return timed(gathered, self, search, *given) if id(search.gatherer) in fresh else gathered(self, search, *given)
 
-    changed_light.make_gatherer, changed_light.ChangedRecords._gathered = made, asked
+    changed_light.make_gatherer, changed_light.ChangedRecords._sums = made, asked
     try:
         yield spent
     finally:
-        changed_light.make_gatherer, changed_light.ChangedRecords._gathered = make, gathered
+        changed_light.make_gatherer, changed_light.ChangedRecords._sums = make, gathered
 
 
 def parse(arguments: list[str]) -> argparse.Namespace:

@@ -32,7 +32,7 @@ VIEWS, AIMED = 8, 1
 
 #: The noise that rays may leave which look for differences, over that of the first bake; and the least share of the
 #: views that are followed on where no record tells of the difference.
-NOISE, LEAST_FOLLOWED = 0.4, 1 / 32
+NOISE, LEAST_FOLLOWED = 0.4, 1 / 64
 
 #: Points whose rays are cast at a time.
 POINTS_PER_CHUNK = 1 << 15

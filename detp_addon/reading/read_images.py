@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .findings import Findings
+from .recalled import recalled
 from .texture_pyramid import TexturePyramid, srgb_to_linear
 from .working_space import in_working_space
 
@@ -51,7 +52,9 @@ class Images:
         space = image.colorspace_settings.name
         if not image.is_float and not space.startswith(("sRGB", *_LINEAR_SPACES)):
             self._findings.warn(f"colours in the space {space} are taken for sRGB in {{}}", "image", image.name)
-        texture = _linear(image, pixels, with_alpha)
+        spaces = (in_working_space(np.eye(3), each) for each in ("Linear Rec.709", space))
+        known = pixels, space, image.alpha_mode, image.is_float, with_alpha, *spaces
+        texture = recalled(lambda: _linear(image, pixels, with_alpha), *known)
         if not had_data:
             # Asking an image for almost anything loads it; what Blender did not hold before it need not hold now.
             image.buffers_free()

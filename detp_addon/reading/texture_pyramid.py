@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+
+from .recalled import digest
 
 #: larger images are halved until they fit: what counts is the mean over whole triangles
 LARGEST_SIDE = 1024
@@ -39,6 +42,11 @@ class TexturePyramid:
         # Half floats are exact to 0.05 % and keep a scene with many textures small; bright skies do not fit.
         dtype = np.float16 if rgba.max(initial=0.0) < 6e4 else np.float32
         return cls(tuple(level.astype(dtype) for level in levels), associated)
+
+    @cached_property
+    def digest(self) -> bytes:
+        """What tells it from all others."""
+        return digest(*self.levels, self.associated)
 
     @property
     def mean(self) -> np.ndarray:

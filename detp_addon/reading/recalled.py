@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Protocol, TypeVar
 
@@ -44,13 +44,24 @@ _open: tuple[dict, dict] | None = None
 def recalled(find: Callable[[], Result], *given: np.ndarray | str | float | HasDigest) -> Result:
     """What ``find`` returns, or did in the reading before, if it follows from what is ``given`` alone; the result must
     not be changed."""
+    return recalled_each(lambda _: [find()], [lambda: given])[0]
+
+
+def recalled_each(
+    find: Callable[[list[int]], list[Result]], given: Sequence[Callable[[], tuple | None]]
+) -> list[Result]:
+    """As :func:`recalled`, of several things: ``find`` returns the results of those of these numbers, and the functions
+    ``given`` tell what each follows from, None where that is not known."""
+    every = list(range(len(given)))
     if _open is None:
-        return find()
+        return find(every)
     before, now = _open
-    key = digest(*given)
-    if key not in now:
-        now[key] = before[key] if key in before else find()
-    return now[key]
+    keys = [None if each is None else digest(*each) for each in (tell() for tell in given)]
+    found = {number: now.get(key, before.get(key)) for number, key in enumerate(keys) if key in now or key in before}
+    unknown = [number for number in every if number not in found]
+    found |= zip(unknown, find(unknown) if unknown else [], strict=True)
+    now |= {key: found[number] for number, key in enumerate(keys) if key is not None}
+    return [found[number] for number in every]
 
 
 def digest(*given: np.ndarray | str | float | HasDigest) -> bytes:

@@ -8,6 +8,7 @@ from detp.detp_addon.job import bake_scene
 from detp.detp_addon.panel import session
 from detp.detp_addon.reading.kept_places import KeptPlaces
 from detp.detp_addon.reading.read_scene import read_scene
+from detp.detp_addon.reading.recalled import Recollection
 from detp.detp_addon.updates.latest_kept import kept_of
 from made_scenes import image, material, node
 from scipy import stats
@@ -167,6 +168,35 @@ def test_what_images_show_is_recalled_only_where_all_of_it_is_the_same(how):
     change(False)
     update()
     assert np.array_equal(light(), first)
+
+
+def bend():
+    bpy.data.objects["Box"].data.vertices[0].co.x -= 0.2
+
+
+def shade_smooth():
+    faces = bpy.data.objects["Box"].data.polygons
+    faces.foreach_set("use_smooth", np.ones(len(faces), bool))
+
+
+def turn_faces():
+    bpy.data.objects["Box"].data.flip_normals()
+
+
+@pytest.mark.parametrize(
+    "change", [move, bend, shade_smooth, turn_faces, lambda: bpy.data.objects["Box"].modifiers.new("", "BEVEL")]
+)
+def test_what_is_recalled_of_objects_is_what_reading_anew_finds(scene, change):
+    recollection = Recollection()
+    with recollection.used():
+        before = read(scene)
+    change()
+    with recollection.used():
+        recalled = read(scene)
+    anew = read(scene)
+    first, second, third = ((e.centres, e.normals, e.facing, e.shown.faces.normals) for e in (before, recalled, anew))
+    assert all(map(np.array_equal, second, third))
+    assert not all(map(np.array_equal, first, third))
 
 
 def read(scene, kept=None):

@@ -25,7 +25,8 @@ RINGS, HELD_RINGS = 1, 2
 class PlacesLight(Rows):
     """What was found at K places: all ``light``, a ``part`` of it, and all with the errors by ``chance`` alone, which
     are independent of each other's; how far each place is ``open`` (K,), 0..1, and how its light changed: ``more`` and
-    ``more_part`` (K, 3) W/m^2, and whether (K,) it was found ``anew`` and may be any other."""
+    ``more_part`` (K, 3) W/m^2, beside the standard error (K,) that it ``had``, RGB sum; and whether (K,) it was found
+    ``anew`` and may be any other."""
 
     light: Irradiance
     part: Irradiance
@@ -33,6 +34,7 @@ class PlacesLight(Rows):
     open: np.ndarray
     more: np.ndarray
     more_part: np.ndarray
+    had: np.ndarray
     anew: np.ndarray
 
 
@@ -45,7 +47,8 @@ def followed(fit: VertexFit, before: Settled, same: np.ndarray, now: PlacesLight
     known = whole[:, 0] > 0
     means = np.divide(1.0, whole, out=np.zeros_like(whole), where=whole > 0)
     left = np.where(same >= 0, before.left.take(same), 1.0)
-    noise = means * fit.sums((weights * now.light.standard_error.sum(axis=1))[:, None])
+    # What it has now would not tell few rays of the change, that brought much, from noise.
+    noise = means * fit.sums((weights * now.had)[:, None])
     more, more_part = (means * fit.sums(weights[:, None] * each) for each in (now.more, now.more_part))
     kept = (was >= 0)[:, None]
     value, part = (np.where(kept, each.take(was, axis=0), 0.0) for each in (before.value, before.part))

@@ -18,7 +18,7 @@ MARGIN = 1e-3
 
 #: Rays into a cone, at least and at most, on average; and for each share of all light that may come from there, where a
 #: ray is followed.
-LEAST_RAYS, MOST_RAYS, FOLLOWING = 1 / 32, 64, 8.0
+LEAST_RAYS, MOST_RAYS, FOLLOWING = 1 / 16, 64, 8.0
 
 
 @dataclass(frozen=True)

@@ -28,11 +28,11 @@ from ..stages import collected
 from .changed_places import Balls, Rays, Sight
 
 #: Rays from each point by chance whose landings are kept, a power of two; and to lights.
-VIEWS, AIMED = 8, 1
+VIEWS, AIMED = 16, 1
 
 #: The noise that rays may leave which look for differences, over that of the first bake; and the least share of the
 #: views that are followed on where no record tells of the difference.
-NOISE, LEAST_FOLLOWED = 0.4, 1 / 64
+NOISE, LEAST_FOLLOWED = 0.3, 1 / 32
 
 #: Points whose rays are cast at a time.
 POINTS_PER_CHUNK = 1 << 15

@@ -340,7 +340,9 @@ class _Update:
             np.where((same >= 0)[:, None], found.value - was.value.take(same, axis=0), found.value)
             for found, was in ((light, before.light), (lights[0], before.direct))
         )
-        settled = followed(self._fit, before.settled, same, PlacesLight(light, lights[0], own, open, more, part, anew))
+        had = before.standard_error.sum(axis=1).take(same)
+        now = PlacesLight(light, lights[0], own, open, more, part, had, anew)
+        settled = followed(self._fit, before.settled, same, now)
         return seen_errors(light, settled.left, own.standard_error), settled
 
     def _in_scale(self, found: BakeResult) -> BakeResult:

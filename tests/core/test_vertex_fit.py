@@ -198,7 +198,12 @@ def followed_and_fresh(faces, before, first, light, same, error=0.1):
     was, now = (np.tile(each(places.of(faces.corners))[:, None], 3) for each in (first, light))
     given = Irradiance(now, np.full_like(now, error))
     more = np.where((same >= 0)[:, None], now - was, now)
-    found = followed(fit, before, same, PlacesLight(given, given, given, known, more, more, same < 0))
+    found = followed(
+        fit,
+        before,
+        same,
+        PlacesLight(given, given, given, known, more, more, np.full(len(known), 3.0 * error), same < 0),
+    )
     return found, fit.fitted(given, known, given), fit
 
 

@@ -262,3 +262,20 @@ def test_values_of_faces_that_are_new_are_those_of_a_fit_that_begins_with_nothin
     found, fresh, _ = followed_and_fresh(faces, before, spot(0.35), spot(0.35), same)
     assert np.abs(found.value - fresh.value).mean() < 0.01
     assert np.isfinite(found.value).all() and found.known.all()
+
+
+def test_few_rays_that_brought_much_leave_no_spots_where_values_follow():
+    faces, _ = plane(24)
+    places = faces.drawn(0)
+    before, fit, known = (
+        settled_on(faces, lambda at: np.ones(len(at))),
+        VertexFit(faces, places),
+        np.ones(len(places.area)),
+    )
+    value, error = np.ones((len(known), 3)), np.full((len(known), 3), 0.1)
+    value[::97], error[::97] = 4.0, 3.0
+    given = Irradiance(value, error)
+    now = PlacesLight(given, given, given, known, value - 1.0, value - 1.0, np.full(len(known), 0.3), known < 0)
+    found, fresh = followed(fit, before, np.arange(len(known)), now), fit.fitted(given, known, given)
+    assert np.abs(found.value - fresh.value).max() < 0.1
+    assert found.value.max() < 1.3

@@ -40,7 +40,7 @@ class BakeResult:
     shadow_rays    how many were cast
     seconds       wall time by stage: radius, place (the discs), shadow (rays), trace, gather
     emitted_flux  (3,) W from all lights; ``cut_flux`` (3,) W that the bounce limit cut off
-    settled       where a fit of the values may begin, if any has settled on nearly this light
+    settled       the values fitted to this light, where they are known
     """
 
     direct: Irradiance

@@ -126,7 +126,9 @@ def found_light(
     chosen = chosen_objects(scene, view_layer, request.targets)
     try:
         places = None if kept is None else kept.places
-        export = read_scene(scene, view_layer, chosen, request.domain, request.attributes, request.fit, frame, places)
+        given = request.domain, request.attributes, request.fit, frame, places
+        with nullcontext() if kept is None else kept.recollection.used():
+            export = read_scene(scene, view_layer, chosen, *given)
     except NoMeshError as error:
         raise NoMeshError(why_nothing_to_bake(scene, chosen) or str(error)) from None
     groups, notes = light_groups(view_layer, export, request.attribute) if request.by_light else ([], [])

@@ -88,7 +88,9 @@ def values_of(points: BakedPoints, result: BakeResult, whole: BakeResult | None 
     if points.fit is None:
         return LightValues(result.irradiance, result.direct.value, result.indirect.value, ~hidden, result.open)
     seen = np.where(hidden, 0.0, result.open)
-    fitted = points.fit.fitted(result.light, seen, result.direct, result.settled)
+    fitted = result.settled
+    if fitted is None or not np.array_equal(hidden, result.hidden):
+        fitted = points.fit.fitted(result.light, seen, result.direct)
     value, part = fitted.value, fitted.part
     return LightValues(value, part, value - part, fitted.known, seen)
 
@@ -104,10 +106,11 @@ def lossy_faces(export: ExportedScene, points: BakedPoints, values: LightValues,
         mine, obj = slice(ends[number], ends[number + 1]), objects.get((target.object_name, target.library))
         if obj is not None and len(obj.data.loops) == len(target.point_rows):
             face[mine] = corner_faces(obj.data)[face[mine]]
-    pairs, number = np.unique(np.stack([owner, face], axis=1), axis=0, return_inverse=True)
-    losses = points.fit.losses(values.irradiance, result.light, values.open, number.ravel())
+    width = int(face.max(initial=-1)) + 1
+    numbers, number = np.unique(owner * width + face, return_inverse=True)
+    losses = points.fit.losses(values.irradiance, result.light, values.open, number)
     names = [(target.object_name, target.library) for target in export.targets]
-    return LossyFaces.of(names, pairs[:, 0], pairs[:, 1], losses)
+    return LossyFaces.of(names, *np.divmod(numbers, max(width, 1)), losses)
 
 
 def known_rows(target: BakeTarget, known: np.ndarray) -> np.ndarray:

@@ -18,7 +18,6 @@ from dataclasses import replace
 
 import bpy
 import detp.core.update.changed_light as changed_light
-import numpy as np
 from detp.core.errors import NotUpdatableError
 from detp.core.settings import BakeSettings
 from detp.core.stages import finished
@@ -35,7 +34,6 @@ def main() -> int:
     scene, points, fit, places = read(None)
     session = BakeSession(scene, points, BakeSettings(arguments.quality))
     found = finished(session.bake(fit))
-    fit.fitted(found.light, shown_share(found), found.direct)
     whole, first, radius = time.process_time() - begin, session.kept, scene.bounds.radius
     print(f"{len(scene.triangles)} triangles, {len(points)} points, a bake {whole:.1f} s of processors, "
           f"error {found.relative_error:.1%}\n", flush=True)  # fmt: skip
@@ -58,7 +56,6 @@ def main() -> int:
                     except NotUpdatableError as error:
                         print(f"\nAt {size:g} %: {error}")
                         return 0
-                    fit.fitted(light.light, shown_share(light), light.direct, light.settled)
                     spent[name].append((time.process_time() - begin, sum(searched)))
         bpy.data.objects.remove(bpy.context.object)
         if number:
@@ -69,16 +66,11 @@ def main() -> int:
     return 0
 
 
-def shown_share(found) -> np.ndarray:
-    """How far (N,) each point counts."""
-    return np.where(found.hidden, 0.0, found.open)
-
-
 @contextmanager
 def searching():
     """Processor seconds of each search of records that are placed anew."""
     spent: list[float] = []
-    make, gathered = changed_light.make_gatherer, changed_light.ChangedRecords._gathered
+    make, gathered = changed_light.make_gatherer, changed_light.ChangedRecords._sums
     fresh: set[int] = set()
 
     def timed(call, *given):
@@ -95,11 +87,11 @@ def searching():
     def asked(self, search, *given):
         return timed(gathered, self, search, *given) if id(search.gatherer) in fresh else gathered(self, search, *given)
 
-    changed_light.make_gatherer, changed_light.ChangedRecords._gathered = made, asked
+    changed_light.make_gatherer, changed_light.ChangedRecords._sums = made, asked
     try:
         yield spent
     finally:
-        changed_light.make_gatherer, changed_light.ChangedRecords._gathered = make, gathered
+        changed_light.make_gatherer, changed_light.ChangedRecords._sums = make, gathered
 
 
 def parse(arguments: list[str]) -> argparse.Namespace:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -45,6 +45,11 @@ class CrossingSums:
     disc: np.ndarray
     repeated: np.ndarray
     common: tuple[float, float]
+
+    def among(self, discs: np.ndarray, rings: int) -> CrossingSums:
+        """The same, of which some ``discs``, ascending, of so many ``rings`` are all that were crossed."""
+        disc, ring = np.divmod(self.place, rings)
+        return replace(self, place=np.searchsorted(discs, disc) * rings + ring, disc=np.searchsorted(discs, self.disc))
 
 
 class Accumulator:

@@ -49,10 +49,12 @@ class Matrix:
         self._scale = max(float(own.max(initial=0.0)), 1e-300)
         self._own, self._factors = ((part / self._scale).astype(np.float32) for part in (own, factors))
 
-    def solved(self, right: np.ndarray, start: np.ndarray, steps: int) -> np.ndarray:
-        """The values (U, d) for that ``right`` side (U, d), so many ``steps`` of conjugate gradients from ``start``."""
+    def solved(self, right: np.ndarray, start: np.ndarray, steps: int, free: np.ndarray | None = None) -> np.ndarray:
+        """The values (U, d) for that ``right`` side (U, d), so many ``steps`` of conjugate gradients from ``start``, at
+        which those stay that are not ``free`` (U,)."""
         # Of what is smaller the inverse is more than float32 holds: those values stay as they start.
-        inverse = np.divide(1.0, self._own, out=np.zeros_like(self._own), where=self._own >= _LEAST)
+        moves = self._own >= _LEAST if free is None else free & (self._own >= _LEAST)
+        inverse = np.divide(1.0, self._own, out=np.zeros_like(self._own), where=moves)
         unit = max(float(np.abs(right).max(initial=0.0)) / self._scale, float(np.abs(start).max(initial=0.0)), 1e-300)
         values = np.ascontiguousarray((start / unit).T, np.float32)
         # One after the other: of small light the product would be zero.

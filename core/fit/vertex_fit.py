@@ -18,7 +18,6 @@ from ..group_sums import column_sums
 from ..irradiance import DARK_SHARE, Irradiance
 from .bends import Bends
 from .equations import Matrix, Neighbours
-from .settled import Settled
 from .shown_faces import FacePlaces, ShownFaces
 
 #: Across an edge values bend by about this share of the light, as long as nothing is known of them, and then by as much
@@ -59,7 +58,7 @@ CERTAIN = 2.0
 UNSEEN = 1e-3
 
 #: Times that weights are found anew before it is known how much values differ, and after; and steps of conjugate
-#: gradients each time, and for errors. A fit that begins where another one settled needs once, as far as light changed.
+#: gradients each time, and for errors. A fit that begins near its end needs once before.
 ROUGHLY, FINALLY, STEPS, STEPS_FOR_ERRORS, ONCE = 3, 3, 8, 10, 1
 
 #: What the fit leaves of errors is found out again when they have fallen to this share.
@@ -83,19 +82,28 @@ class Fitted:
     errors   finds the standard errors (U, 3) that noise leaves of them
     part     (U, 3) W/m^2, of the part of the light that was asked for
     known    (U,) whether light was found on any face that shows the value
-    settled  from where another fit may begin
     """
 
     value: np.ndarray
     errors: Callable[[], np.ndarray]
     part: np.ndarray
     known: np.ndarray
-    settled: Settled
 
     @cached_property
     def light(self) -> Irradiance:
         """The values with their errors."""
         return Irradiance(self.value, self.errors())
+
+
+@dataclass(frozen=True)
+class Begun:
+    """Where a fit of some of a scene's values begins: at ``value`` and ``part`` (U, 3) W/m^2, of which those ``held``
+    (U,) stay; ``usual`` W/m^2 is what light is in the whole scene, RGB sum."""
+
+    value: np.ndarray
+    part: np.ndarray
+    held: np.ndarray
+    usual: float
 
 
 @dataclass(frozen=True)
@@ -117,118 +125,135 @@ class VertexFit:
     """Fits U values to the light found at ``places`` (K) of ``faces``."""
 
     def __init__(self, faces: ShownFaces, places: FacePlaces):
-        self._faces, self._places = faces, places
-        self._values = faces.values.take(places.triangle, axis=0)
-        shown = faces.values
-        short, turns = faces.short_edges(SHORT)
-        self._beside, turns = np.concatenate([faces.beside, short]), np.concatenate([faces.angles, turns])
-        self._bends = Bends.of(faces)
-        pairs = [shown[:, [0, 1]], shown[:, [1, 2]], shown[:, [2, 0]], self._beside, self._bends.pairs]
-        self._neighbours = Neighbours(np.concatenate(pairs), faces.count)
-        pairs = np.maximum(np.bincount(self._beside.ravel(), minlength=faces.count), 1)
-        share = (faces.around / pairs)[self._beside].min(axis=1, initial=np.inf)
-        self._seams = share * SEAM**2 / (turns**2 + LEAST_ANGLE**2)
-        # m^2 that a place stands for on each triangle, or would if it had one.
-        self._place_area = np.minimum(faces.areas, faces.areas / np.maximum(places.expected, 1e-300))
+        self.faces, self.places = faces, places
+        self.placed = faces.values.take(places.triangle, axis=0)
+
+    # What only a fit of all values needs is made when that is asked for.
+    @cached_property
+    def _sides(self) -> tuple[np.ndarray, np.ndarray]:
+        """Values (P, 2) beside each other, and by what angle or share (P,) they differ."""
+        short, turns = self.faces.short_edges(SHORT)
+        return np.concatenate([self.faces.beside, short]), np.concatenate([self.faces.angles, turns])
+
+    @cached_property
+    def _bends(self) -> Bends:
+        return Bends.of(self.faces)
+
+    @cached_property
+    def _neighbours(self) -> Neighbours:
+        shown = self.faces.values
+        pairs = [shown[:, [0, 1]], shown[:, [1, 2]], shown[:, [2, 0]], self._sides[0], self._bends.pairs]
+        return Neighbours(np.concatenate(pairs), self.count)
+
+    @cached_property
+    def _seams(self) -> np.ndarray:
+        """How much (P,) m^2 values beside each other are held together at most."""
+        beside, turns = self._sides
+        pairs = np.maximum(np.bincount(beside.ravel(), minlength=self.count), 1)
+        share = (self.faces.around / pairs)[beside].min(axis=1, initial=np.inf)
+        return share * SEAM**2 / (turns**2 + LEAST_ANGLE**2)
+
+    @cached_property
+    def _place_area(self) -> np.ndarray:
+        """How much (T,) m^2 a place stands for on each triangle, or would if it had one."""
+        return np.minimum(self.faces.areas, self.faces.areas / np.maximum(self.places.expected, 1e-300))
 
     @property
     def count(self) -> int:
         """How many values there are."""
-        return self._faces.count
+        return self.faces.count
 
     def fitted(
-        self, light: Irradiance, open: np.ndarray, part: Irradiance | None = None, start: Settled | None = None
+        self, light: Irradiance, open: np.ndarray, part: Irradiance | None = None, start: Begun | None = None
     ) -> Fitted:
         """The values for the ``light`` at the places, each as far as it is ``open`` (K,), 0..1, and for ``part`` of it.
 
-        ``start`` is where a fit of nearly the same light settled, among these faces.
         Standard errors say what noise of the places, independent of each other's, does to them.
         """
-        area, found, usual = self._counted(light.value, open)
+        area, found, usual = self.counted(light.value, open, None if start is None else start.usual)
         errors = np.nan_to_num(light.standard_error, posinf=0.0)
         noise = np.hypot(self._noise(errors.sum(axis=1), area, found, usual), MISFIT)
         low, lit = self._least(light.value, area > 0), (area > 0) & (found > DIM_SHARE * usual)
         # What has no lit place around it may take the light of what is beside it.
         high = -self._least(-light.value, lit)
-        value = np.clip(np.median(light.value[lit], axis=0) if lit.any() else 0.0, low, high)
-        bend, held = BEND, np.zeros(len(self._seams))
-        weights, level = area / (found + usual) ** 2, np.full(self.count, usual)
-        turns, kept = ROUGHLY, (np.full(len(self._bends), np.nan), np.full(len(held), np.nan))
-        if start is not None:
-            value, kept = np.clip(self._begun(start, light.value, weights), low, high), (start.bend, start.held)
-            level, turns = np.abs(value).sum(axis=1), ONCE if any(np.isnan(each).any() for each in kept) else 0
+        if start is None:
+            value = np.clip(np.median(light.value[lit], axis=0) if lit.any() else 0.0, low, high)
+            weights, level = area / (found + usual) ** 2, np.full(self.count, usual)
+            turns, free = ROUGHLY, None
+        else:
+            low[start.held], high[start.held] = -np.inf, np.inf
+            value = np.clip(start.value, low, high)
             weights = area * _weights(np.abs(self.shown(value)).sum(axis=1), found, errors.sum(axis=1), usual)
-            bend, held = (np.where(np.isnan(each), other, each) for each, other in zip(kept, (bend, held), strict=True))
+            turns, free, level = ONCE, ~start.held, np.abs(value).sum(axis=1)
+        bend, seams = BEND, np.zeros(len(self._seams))
         for turn in range(turns + FINALLY):
-            equations = self._equations(weights, self._smooth(noise, bend, level, usual), held, level, usual)
-            value = equations.solved(self._sums(weights[:, None] * light.value), value, STEPS)
+            equations = self._equations(weights, self._smooth(noise, bend, level, usual), seams, level, usual)
+            value = equations.solved(self.sums(weights[:, None] * light.value), value, STEPS, free)
             value = np.clip(value, low, high)
             level = np.abs(value).sum(axis=1)
             if turn + 1 == turns:
-                found_out = self._bent(level, self._spread(equations, weights, errors), usual), self._held(level, usual)
-                bend, held = (np.where(np.isnan(each), new, each) for each, new in zip(kept, found_out, strict=True))
+                bend = self._bent(level, self._spread(equations, weights, errors), usual)
+                seams = self._held(level, usual)
             weights = area * _weights(np.abs(self.shown(value)).sum(axis=1), found, errors.sum(axis=1), usual)
         value[np.abs(value) < ROUNDING * usual] = 0.0
         share = value
         if part is not None:
-            share = equations.solved(self._sums(weights[:, None] * part.value), 0.5 * value, STEPS_FOR_ERRORS)
+            share = 0.5 * value if start is None else start.part
+            share = equations.solved(self.sums(weights[:, None] * part.value), share, STEPS_FOR_ERRORS, free)
             share = np.clip(share, np.minimum(value, 0.0), np.maximum(value, 0.0))
-        known = self._sums((area > 0).astype(float)[:, None])[:, 0] > 0
-        settled = Settled(value, self._values, self._beside, held, self._bends.values[:, :2], bend)
-        return Fitted(value, partial(self._errors, equations, weights, errors), share, known, settled)
+        known = self.sums((area > 0).astype(float)[:, None])[:, 0] > 0
+        return Fitted(value, partial(self._errors, equations, weights, errors), share, known)
 
-    def among(self, settled: Settled, same: np.ndarray, changed: np.ndarray) -> Settled:
-        """What ``settled`` on other faces, on these: see :meth:`.Settled.among`."""
-        return settled.among(self._values, self._beside, self._bends.values[:, :2], self.count, same, changed)
+    def left_of(self, found: Fitted, errors: np.ndarray) -> np.ndarray:
+        """The share (K,) of the places' ``errors`` (K, 3) that is left of them where what was ``found`` is shown."""
+        left, whole = self.shown(found.light.standard_error).sum(axis=1), errors.sum(axis=1)
+        return np.divide(left, whole, out=np.ones(len(left)), where=whole > 0)
 
-    def _begun(self, start: Settled, light: np.ndarray, weights: np.ndarray) -> np.ndarray:
-        """The values (U, 3) of a ``start``, and where it knows none, means of the ``light`` (K, 3)."""
-        mean, whole = self._sums(weights[:, None] * light), self._sums(weights[:, None])
-        mean = np.divide(mean, whole, out=np.zeros_like(mean), where=whole > 0)
-        return np.where(np.isnan(start.value), mean, start.value)
-
-    def _counted(self, value: np.ndarray, open: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    def counted(
+        self, value: np.ndarray, open: np.ndarray, usual: float | None = None
+    ) -> tuple[np.ndarray, np.ndarray, float]:
         """The area (K,) for which each place counts, the light (K,) that was found there, and what is usual."""
         found = np.abs(value).sum(axis=1)
-        lit = found[(found > 0) & (open > 0)]
-        usual = float(np.median(lit)) if len(lit) else 1.0
+        if usual is None:
+            lit = found[(found > 0) & (open > 0)]
+            usual = float(np.median(lit)) if len(lit) else 1.0
         # Nobody looks from within narrow gaps, but without any other light theirs counts.
-        area = np.where(open > 0, np.maximum(open**2, UNSEEN), 0.0) * self._places.area
+        area = np.where(open > 0, np.maximum(open**2, UNSEEN), 0.0) * self.places.area
         return np.where(found <= DIM_SHARE * usual, UNLIT, 1.0) * area, found, usual
 
     def shown(self, value: np.ndarray) -> np.ndarray:
         """What (K, d) is shown at the places where vertices have this ``value`` (U, d)."""
-        return np.einsum("kc,kcd->kd", self._places.weights, value.take(self._values, axis=0))
+        return np.einsum("kc,kcd->kd", self.places.weights, value.take(self.placed, axis=0))
 
     def losses(self, value: np.ndarray, light: Irradiance, open: np.ndarray, face: np.ndarray) -> FaceLosses:
         """What faces show wrong of the ``light`` at their places, with ``value`` (U, 3); ``face`` (T,) from 0 up are
         those that the triangles belong to.
         """
-        area, found, usual = self._counted(light.value, open)
+        area, found, usual = self.counted(light.value, open)
         shown = self.shown(value)
         squares = np.abs(shown - light.value).sum(axis=1) ** 2
         noise = np.nan_to_num(light.standard_error.sum(axis=1), posinf=0.0) ** 2
         beside = np.maximum(np.maximum(np.abs(shown).sum(axis=1), found), DARK_SHARE * usual)
         wrong = np.minimum(np.sqrt(np.maximum(squares - CERTAIN * noise, 0.0)) / beside, 1.0)
-        of, count = face[self._places.triangle], int(face.max(initial=-1)) + 1
+        of, count = face[self.places.triangle], int(face.max(initial=-1)) + 1
         whole, counted, *sums = (
             np.bincount(of, each, count)
-            for each in (self._places.area, area, area * wrong, area * beside / (beside + usual))
+            for each in (self.places.area, area, area * wrong, area * beside / (beside + usual))
         )
         share, bright = (np.divide(each, counted, out=np.zeros(count), where=counted > 0) for each in sums)
         part = np.divide(counted, whole, out=np.zeros(count), where=whole > 0)
-        return FaceLosses(share, np.bincount(face, self._faces.areas, count) * part, bright)
+        return FaceLosses(share, np.bincount(face, self.faces.areas, count) * part, bright)
 
     def _spread(self, equations: Matrix, weights: np.ndarray, errors: np.ndarray) -> np.ndarray:
         """What (U, NOISES) noises of the places with these standard ``errors`` (K, 3) do to the values, RGB sums."""
         signs = np.random.default_rng(0).choice([-1.0, 1.0], (len(weights), NOISES))
-        right = self._sums((weights * errors.sum(axis=1))[:, None] * signs)
+        right = self.sums((weights * errors.sum(axis=1))[:, None] * signs)
         return equations.solved(right, np.zeros_like(right), STEPS_FOR_ERRORS)
 
     def _errors(self, equations: Matrix, weights: np.ndarray, errors: np.ndarray) -> np.ndarray:
         """Standard errors (U, 3) of the values by those ``errors`` (K, 3) of the places."""
         spread = np.sqrt((self._spread(equations, weights, errors) ** 2).mean(axis=1, keepdims=True))
-        channels = self._sums(weights[:, None] * errors)
+        channels = self.sums(weights[:, None] * errors)
         return spread * channels / np.maximum(channels.sum(axis=1, keepdims=True), 1e-300)
 
     def _bent(self, level: np.ndarray, spread: np.ndarray, usual: float) -> np.ndarray:
@@ -250,22 +275,22 @@ class VertexFit:
         likely = bend**2 + (BEND_OF_SURFACE * bends.angles) ** 2
         return kept * squared / likely * area / scale**2
 
-    def _sums(self, at_places: np.ndarray) -> np.ndarray:
+    def sums(self, at_places: np.ndarray) -> np.ndarray:
         """Sums (U, d) of what is given at the places (K, d), by their weights at each value."""
-        parts = ((self._places.weights * part[:, None]).ravel() for part in at_places.T)
-        return column_sums(parts, self._values.ravel(), self.count)
+        parts = ((self.places.weights * part[:, None]).ravel() for part in at_places.T)
+        return column_sums(parts, self.placed.ravel(), self.count)
 
     def _noise(self, errors: np.ndarray, area: np.ndarray, found: np.ndarray, usual: float) -> np.ndarray:
         """Relative standard error (T,) of a place on each triangle, from the places' ``errors`` (K,)."""
         relative = np.minimum(errors / (found + USUAL * usual), 1.0)
-        triangle, count = self._places.triangle, len(self._faces.values)
+        triangle, count = self.places.triangle, len(self.faces.values)
         squares, whole = np.bincount(triangle, area * relative**2, count), np.bincount(triangle, area, count)
         everywhere = float(squares.sum() / max(whole.sum(), 1e-300))
         return np.sqrt(np.divide(squares, whole, out=np.full(count, everywhere), where=whole > 0))
 
     def _held(self, level: np.ndarray, usual: float) -> np.ndarray:
         """How much (P,) m^2 seams hold, where each side alone gave values of that ``level`` (U,)."""
-        ends = level.take(self._beside)
+        ends = level.take(self._sides[0])
         apart = np.abs(ends[:, 0] - ends[:, 1]) / (ends.sum(axis=1) + USUAL * usual)
         return self._seams / (1.0 + (apart / APART) ** 2) ** 2
 
@@ -274,13 +299,13 @@ class VertexFit:
 
         Bends count ``smooth`` (H,), and ``seams`` (P,) m^2 say how much what lies beside each other is held together.
         """
-        places, shown, bends = self._places, self._faces.values, self._bends
+        places, shown, bends = self.places, self.faces.values, self._bends
         products = weights[:, None] * places.weights * np.roll(places.weights, -1, axis=1)
         pulled = [np.bincount(places.triangle, product, len(shown)) for product in products.T]
-        seams = seams / (level.take(self._beside).sum(axis=1) + USUAL * usual) ** 2
+        seams = seams / (level.take(self._sides[0]).sum(axis=1) + USUAL * usual) ** 2
         # Sums over nothing are whole numbers, to which nothing can be added in place.
-        own = bends.squares(smooth) + np.bincount(self._beside.ravel(), np.repeat(seams, 2), self.count)
-        own = own + np.bincount(self._values.ravel(), (weights[:, None] * places.weights**2).ravel(), self.count)
+        own = bends.squares(smooth) + np.bincount(self._sides[0].ravel(), np.repeat(seams, 2), self.count)
+        own = own + np.bincount(self.placed.ravel(), (weights[:, None] * places.weights**2).ravel(), self.count)
         return self._neighbours.matrix(own, np.concatenate([*pulled, -seams, bends.products(smooth)]))
 
     def _least(self, at_places: np.ndarray, counts: np.ndarray) -> np.ndarray:
@@ -288,17 +313,17 @@ class VertexFit:
         minus infinity where there is none.
         """
         rows = np.flatnonzero(counts)
-        rows = rows[np.argsort(self._places.triangle[rows], kind="stable")]
-        triangle = self._places.triangle[rows]
+        rows = rows[np.argsort(self.places.triangle[rows], kind="stable")]
+        triangle = self.places.triangle[rows]
         begin = np.flatnonzero(np.diff(triangle, prepend=-1))
-        around = self._faces.values[triangle[begin]].ravel()
+        around = self.faces.values[triangle[begin]].ravel()
         order = np.argsort(around, kind="stable")
         first = np.flatnonzero(np.diff(around[order], prepend=-1))
         least = np.full((self.count, 3), np.inf)
         if len(rows):
             found = np.minimum.reduceat(at_places[rows], begin)
             least[around[order[first]]] = np.minimum.reduceat(found[order // 3], first)
-        np.minimum.at(least, self._beside, least[self._beside][:, ::-1])
+        np.minimum.at(least, self._sides[0], least[self._sides[0]][:, ::-1])
         return np.where(np.isfinite(least), least, -np.inf)
 
 
@@ -317,15 +342,15 @@ def _weights(shown: np.ndarray, found: np.ndarray, errors: np.ndarray, usual: fl
 
 
 class ShownErrors:
-    """What the ``fit`` leaves in one bake of errors at its places; it may have a ``start``.
+    """What the ``fit`` leaves in one bake of errors at its places.
 
-    Attribute ``settled``: where the fit did, ``start`` as long as it has not.
+    Attribute ``left``: the share (K,) of errors by chance that is left where it is shown, one as long as none is known.
     """
 
-    def __init__(self, fit: VertexFit, start: Settled | None = None):
-        self._fit, self._start, self.settled = fit, start, start
-        # The share of errors by chance that is left where it is shown, and their sum when that was found out.
-        self._left, self._sized = 1.0, np.inf
+    def __init__(self, fit: VertexFit):
+        self._fit = fit
+        # The sum of errors by chance when it was found out how much is left of them.
+        self.left, self._sized = np.ones(len(fit.placed)), np.inf
 
     def seen(self, light: Irradiance, open: np.ndarray, chance: Irradiance) -> Irradiance:
         """The ``light`` at the places with the errors (K, 3) of what is shown there.
@@ -337,9 +362,12 @@ class ShownErrors:
             return light
         size = float(own.sum())
         if size < AGAIN * self._sized:
-            fitted = self._fit.fitted(Irradiance(light.value, own), open, start=self._start)
-            left, whole = self._fit.shown(fitted.light.standard_error).sum(axis=1), own.sum(axis=1)
-            self._left = np.divide(left, whole, out=np.ones(len(left)), where=whole > 0)[:, None]
-            self._sized, self.settled = size, fitted.settled
-        squared = np.maximum(light.standard_error**2 - own**2, 0.0) + (self._left * own) ** 2
-        return Irradiance(light.value, np.sqrt(squared))
+            self.left = self._fit.left_of(self._fit.fitted(Irradiance(light.value, own), open), own)
+            self._sized = size
+        return seen_errors(light, self.left, own)
+
+
+def seen_errors(light: Irradiance, left: np.ndarray, own: np.ndarray) -> Irradiance:
+    """The ``light`` (K) of whose errors by chance, ``own`` (K, 3), that share is ``left`` (K,)."""
+    squared = np.maximum(light.standard_error**2 - own**2, 0.0) + (left[:, None] * own) ** 2
+    return Irradiance(light.value, np.sqrt(squared))

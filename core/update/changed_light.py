@@ -7,7 +7,7 @@ from collections.abc import Generator, Iterator
 import numpy as np
 
 from ..direct.lit_scene import LitScene
-from ..estimator.crossing_sums import BatchSums
+from ..estimator.crossing_sums import BatchSums, CrossingSums
 from ..estimator.estimate import IrradianceEstimate
 from ..estimator.standpoints import Standpoints
 from ..gather.record_light import RecordLight
@@ -114,7 +114,8 @@ class ChangedRecords:
             discs = search.placed.discs
             search.gatherer, _ = make_gatherer(settings.gatherer, discs, np.ones(len(discs), bool))
             samples = next(s.estimate.samples for s in first.searches if s.half == search.half)
-            search.estimate = self._gathered(search, self._all, samples)
+            sums = self._sums(search, self._all)
+            search.estimate = self._estimate(sums, search.placed.area.nested, samples)
             yield
         yield from fresh.look_at_lights()
         cells, found = len(records.sides), {"direct": records.direct.copy(), "indirect": records.indirect.copy()}
@@ -133,16 +134,20 @@ class ChangedRecords:
         with what halves of the photons differ by (K, 6)."""
         if len(self._gone) == 0:
             return np.zeros(0, np.int64), np.zeros((0, 6))
-        samples = search.estimate.samples
-        old, new = (self._gathered(search, part, samples) for part in (self._gone, self._come))
-        rows = np.flatnonzero((old.squares + new.squares).any(axis=(1, 2)))
-        whole, gone, come = (estimate.taken(rows) for estimate in (search.estimate, old, new))
+        sums, rings = [self._sums(search, part) for part in (self._gone, self._come)], search.estimate.areas.shape[1]
+        rows = np.unique(np.concatenate([each.place for each in sums]) // rings)
+        whole = search.estimate.taken(rows)
+        gone, come = (self._estimate(each.among(rows, rings), whole.areas, whole.samples) for each in sums)
         return rows, whole.exchanged(gone, come).with_contrasts
 
-    def _gathered(self, search: PhotonSearch, segments: Segments, samples: int) -> IrradianceEstimate:
-        """What ``segments`` bring to the discs of ``search``, some of those of ``samples`` particles."""
-        batch = BatchSums(search.placed.area.nested)
-        batch.add(finished(search.gathered(segments.weighted(1.0 / self._particles))))
+    def _sums(self, search: PhotonSearch, segments: Segments) -> CrossingSums:
+        """What ``segments`` bring to the discs of ``search``."""
+        return finished(search.gathered(segments.weighted(1.0 / self._particles)))
+
+    def _estimate(self, sums: CrossingSums, areas: np.ndarray, samples: int) -> IrradianceEstimate:
+        """What ``sums`` tell of discs of those nested ``areas`` (N, K), of some of ``samples`` particles."""
+        batch = BatchSums(areas)
+        batch.add(sums)
         return batch.estimate(samples)
 
     def _more_from_lights(self, seed: int) -> Generator[None, None, np.ndarray]:

@@ -35,7 +35,7 @@ VIEWS, AIMED = 16, 1
 NOISE, LEAST_FOLLOWED = 0.3, 1 / 32
 
 #: Points whose rays are cast at a time.
-POINTS_PER_CHUNK = 1 << 14
+POINTS_PER_CHUNK = 1 << 15
 
 
 @dataclass(frozen=True)
@@ -146,7 +146,8 @@ class LightDifferences:
         as the places' groups know them.
         """
         found = [(np.empty(0, np.int64), np.empty((0, 3)))]
-        row = np.repeat(np.arange(len(places)), count)
+        # Before who has all cones behind it nothing changed.
+        row = np.repeat(np.flatnonzero(sight.count.any(axis=0)), count)
         every = places.taken(row)
         if lamps.kinds:
             rays = lamps.rays(every.origins, every.normals, every.group, generator.random((len(row), 3)))

@@ -105,7 +105,6 @@ class FirstBake:
     by_rays        all light, with the errors by rays alone
     common_rounds  of rays, which all points cast, and ``most_rounds``, which those that are hardest to light did
     ray_count      how many rays each point casts in a round, and how many all points cast in all rounds
-    settled        where the fit of its values did, None without any
     """
 
     scene: Scene
@@ -121,7 +120,6 @@ class FirstBake:
     most_rounds: int
     ray_count: tuple[float, int]
     result: BakeResult
-    settled: Settled | None
 
     @classmethod
     def of(
@@ -139,7 +137,6 @@ class FirstBake:
             scene, points, settings, work.places, LearntLamps.of(rays.nearby_lamps, rays.group, work.lit.lights), kept,
             work.tracing, paths, rays.irradiance + rays.reflected,
             work.common_rounds, rays.done, (rays.rays_per_round / len(points), rays.rays), result,
-            None if work.shown is None else work.shown.settled,
         )  # fmt: skip
         vars(found).update(lit=work.lit, reflected=light.reflected)
         return found

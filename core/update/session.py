@@ -19,7 +19,9 @@ from ..direct.stands import Stands
 from ..errors import InvalidSettingError, NotUpdatableError
 from ..estimator.enclosure import hidden_points
 from ..estimator.standpoints import Standpoints, standpoints
-from ..fit.vertex_fit import ShownErrors, VertexFit
+from ..fit.followed import PlacesLight, followed
+from ..fit.settled import Settled
+from ..fit.vertex_fit import ShownErrors, VertexFit, seen_errors
 from ..gather.reflected_light import ReflectedLight
 from ..irradiance import Irradiance
 from ..parallel import ordered_map, slices
@@ -105,10 +107,16 @@ class BakeSession:
         """The first bake, as :func:`..bake.bake` does it; the light is the same."""
         work = Baking(self._scene, self._points, self.settings, fit, crew, self._journal)
         result = yield from work.stages()
+        if fit is not None:
+            open = np.where(result.hidden, 0.0, result.open)
+            values = fit.fitted(result.light, open, result.direct)
+            result = replace(result, settled=Settled.of(values, fit.placed, work.shown.left))
         self._dark = not work.gathers
         if not (self._journal.full or self._dark):
             given = self._scene, self._points, self.settings
-            self._first = FirstBake.of(*given, work, self._journal.paths(), result)
+            first = FirstBake.of(*given, work, self._journal.paths(), result)
+            yield from during("Looking around for updates", 0.99, first.look())
+            self._first = first
         return result
 
     def check(self) -> None:
@@ -302,24 +310,40 @@ class _Update:
             return (kept if come is None else type(kept).joined([kept, come])).taken(order)
 
         more = (*more, more[0] + more[1])
-        before = (each.taken(olds) for each in (first.result.direct, first.result.indirect, first.by_rays))
-        lights = [merged(old + change, new) for old, change, new in zip(before, more, found or 3 * [None], strict=True)]
+        before = (first.result.direct, first.result.indirect, first.by_rays)
+        lights = [
+            merged(old.taken(olds) + change, new)
+            for old, change, new in zip(before, more, found or 3 * [None], strict=True)
+        ]
         stood = merged(first.places.taken(olds), places)
-        seen, settled = lights[0] + lights[1], first.settled
-        hidden = hidden_points(np.zeros(len(anew), bool), stood.enclosed, seen.value)
-        if self._fit is not None:
-            if settled is not None:
-                beyond = np.zeros(len(anew), bool)
-                beyond[~anew] = np.abs(more[2].value).sum(axis=1) > seen.standard_error[~anew].sum(axis=1)
-                settled = self._fit.among(settled, self._same, anew | beyond)
-            shown = ShownErrors(self._fit, settled)
-            seen = shown.seen(seen, np.where(hidden, 0.0, stood.open), lights[2])
-            settled = shown.settled
+        light = lights[0] + lights[1]
+        hidden = hidden_points(np.zeros(len(anew), bool), stood.enclosed, light.value)
+        seen, settled = self._shown(light, lights, anew, np.where(hidden, 0.0, stood.open))
         seconds = self._stopwatch.seconds
         doubtful = np.where(self._same >= 0, first.result.doubtful.take(self._same), seen.doubtful)
         light = {"direct": lights[0], "indirect": lights[1], "seen": seen, "doubtful": doubtful, "settled": settled}
         light |= {"hidden": hidden, "open": stood.open, "coarse": stood.coarse}
         return self._in_scale(replace(first.result, **light, seconds=seconds))
+
+    def _shown(
+        self, light: Irradiance, lights: list[Irradiance], anew: np.ndarray, open: np.ndarray
+    ) -> tuple[Irradiance, Settled | None]:
+        """The ``light`` with the errors that are left where it is shown, and the values that show it; ``lights`` are
+        direct and indirect light and all by rays, and points count as far as they are ``open`` (N,)."""
+        if self._fit is None:
+            return light, None
+        before, same, own = self._first.result, self._same, lights[2]
+        if before.settled is None:
+            shown = ShownErrors(self._fit)
+            return shown.seen(light, open, own), None
+        more, part = (
+            np.where((same >= 0)[:, None], found.value - was.value.take(same, axis=0), found.value)
+            for found, was in ((light, before.light), (lights[0], before.direct))
+        )
+        had = before.standard_error.sum(axis=1).take(same)
+        now = PlacesLight(light, lights[0], own, open, more, part, had, anew)
+        settled = followed(self._fit, before.settled, same, now)
+        return seen_errors(light, settled.left, own.standard_error), settled
 
     def _in_scale(self, found: BakeResult) -> BakeResult:
         """What was ``found`` of lights as strong as in the first bake, of lights as strong as they are."""
@@ -330,5 +354,6 @@ class _Update:
             light = getattr(found, name)
             lights[name] = Irradiance(light.value * scale, light.standard_error * np.abs(scale))
         if found.settled is not None:
-            lights["settled"] = replace(found.settled, value=found.settled.value * scale)
+            settled = found.settled
+            lights["settled"] = replace(settled, value=settled.value * scale, part=settled.part * scale)
         return replace(found, **lights, emitted_flux=found.emitted_flux * scale, cut_flux=found.cut_flux * scale)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import bpy
 import numpy as np
@@ -10,8 +11,9 @@ import numpy as np
 from ...core.triangles import dots
 from .joined_rows import batches, numbered, starts_of
 from .nearest_surface import nearest_places
-from .read_attributes import stored_normals
+from .read_attributes import face_sizes, stored_normals
 from .read_meshes import MeshSurface, corner_triangles, corner_vertex_indices, vertex_positions
+from .recalled import recalled_each
 from .surface_normals import corner_normals, face_directions
 from .triangle_geometry import normal_matrices, safe_unit, weights_within
 
@@ -80,6 +82,28 @@ def place_points(objects: list[PlacedMesh], surfaces: list[MeshSurface]) -> list
 def _placed(objects: list[PlacedMesh], surfaces: list[MeshSurface]) -> list[CornerPoints]:
     """The same of a few objects, all at once."""
     own = _own_corners(objects, surfaces)
+
+    def find(numbers: list[int]) -> list[CornerPoints]:
+        return _found([objects[number] for number in numbers], [own[number] for number in numbers], surfaces)
+
+    tell = [partial(_given, placed, surfaces[placed.surface], *each) for placed, each in zip(objects, own, strict=True)]
+    return recalled_each(find, tell)
+
+
+def _given(placed: PlacedMesh, surface: MeshSurface, vertices: np.ndarray, same: bool) -> tuple | None:
+    """All that the points of an object follow from whose corners, of these ``vertices`` (C,), modifiers kept; else
+    None."""
+    if not same:
+        return None
+    mesh, faces = placed.evaluated, (surface.vertices, surface.at_corners, surface.triangles, surface.corners)
+    normals = stored_normals(mesh) if surface.normals is None else surface.normals
+    return "points", placed.matrix, vertices, *faces, surface.kept, normals, face_sizes(mesh), mesh.has_custom_normals
+
+
+def _found(
+    objects: list[PlacedMesh], own: list[tuple[np.ndarray, bool]], surfaces: list[MeshSurface]
+) -> list[CornerPoints]:
+    """The same of objects whose corners are their ``own`` ones."""
     facing = _facing([placed for placed, (_, same) in zip(objects, own, strict=True) if same], surfaces)
     turns = normal_matrices(np.stack([placed.matrix for placed in objects]))
     centres, normals, valid, shown = [], [], [], []

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .findings import Findings
+from .recalled import recalled
 from .texture_pyramid import LARGEST_SIDE, TexturePyramid, srgb_to_linear
 from .working_space import in_working_space, way_from
 
@@ -62,7 +63,9 @@ class Images:
         if not image.is_float and not known:
             taken = "Rec. 709" if linear else "sRGB"
             self._findings.warn(f"colours in the space {space} are taken for {taken} in {{}}", "image", image.name)
-        texture = _linear(image, pixels, with_alpha, blend)
+        spaces = (in_working_space(np.eye(3), each) for each in ("Linear Rec.709", space))
+        given = pixels, space, image.alpha_mode, image.is_float, with_alpha, blend, *spaces
+        texture = recalled(lambda: _linear(image, pixels, with_alpha, blend), *given)
         if not had_data:
             # Asking an image for almost anything loads it; what Blender did not hold before it need not hold now.
             image.buffers_free()

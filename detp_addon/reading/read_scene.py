@@ -304,8 +304,14 @@ def _name_flush(placed: PlacedTriangles, shines: np.ndarray, opaque: np.ndarray,
     dark = np.flatnonzero(opaque & ~shines)
     if not shines.any() or len(dark) == 0:
         return
-    caster = RayCaster(placed.vertices[placed.triangles[dark]])
-    flush = int(flush_with(caster, placed.vertices[placed.triangles[shines]]).sum())
+    corners, shining = placed.vertices[placed.triangles[dark]], placed.vertices[placed.triangles[shines]]
+    # What shines is small in most scenes, and only few triangles reach into the box around it.
+    low, high = shining.min(axis=(0, 1)), shining.max(axis=(0, 1))
+    margin = 1e-3 * (high - low).max()
+    reach = ((corners.max(axis=1) >= low - margin) & (corners.min(axis=1) <= high + margin)).all(axis=1)
+    if not reach.any():
+        return
+    flush = int(flush_with(RayCaster(corners[reach], corners.reshape(-1, 3)), shining).sum())
     if flush:
         findings.warn(f"{counted(flush, 'triangle')} that shine lie in other faces: move them a little off, or renders "
                       f"show anything between none and all of their light")  # fmt: skip

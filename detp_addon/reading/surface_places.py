@@ -10,6 +10,7 @@ from ...core.hashing import mixed
 from ...core.sampling import LATTICE
 from ...core.sampling import triangle as barycentric
 from .read_images import Images
+from .recalled import recalled
 from .texture_pyramid import triangle_centres
 from .views import MIRROR_RAYS, VIEWS, View
 
@@ -194,10 +195,11 @@ class Patches:
             coordinates = np.full_like(coordinates, np.nan)
         centres, edges = coordinates[:, :2], _patch_edges(coordinates)
         if self._draw is None:
-            rgba = texture.patches(centres, edges, node.extension, blend)
+            given = centres, edges, node.extension, blend
+            rgba = recalled(lambda: texture.patches(*given), "patches", texture, *given)
         else:
             rgba = texture.looked_at(_drawn(centres, edges, self._draw), node.extension, blend)
-        colour, alpha = rgba[:, :3], rgba[:, 3:]
+        colour, alpha = rgba[:, :3].copy(), rgba[:, 3:].copy()
         if texture.associated:
             colour = np.divide(colour, alpha, out=colour.copy(), where=alpha > 0)
         return colour, alpha

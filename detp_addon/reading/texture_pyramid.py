@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+
+from .recalled import digest
 
 #: larger images are halved until they fit: what counts is the mean over whole triangles
 LARGEST_SIDE = 1024
@@ -48,6 +51,11 @@ class TexturePyramid:
         dtype = np.float16 if texels.max(initial=0.0) < 6e4 else np.float32
         levels = tuple(level.astype(dtype) for level in levels)
         return cls(levels, associated, texels.astype(dtype) if encoded else levels[0], encoded)
+
+    @cached_property
+    def digest(self) -> bytes:
+        """What tells it from all others."""
+        return digest(*self.levels, self.associated, self.texels, self.encoded)
 
     @property
     def mean(self) -> np.ndarray:

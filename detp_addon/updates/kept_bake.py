@@ -24,6 +24,7 @@ from ..chosen_objects import targets_in
 from ..mixing.light_groups import MOST_GROUPS
 from ..reading.kept_places import KeptPlaces
 from ..reading.read_scene import ExportedScene
+from ..reading.recalled import Recollection
 from ..request import BakeRequest
 from .kept_file import KeptParts, new_identity, read_kept
 
@@ -43,9 +44,9 @@ class KeptBake:
     It is to be written beside the .blend if ``on_disk``. ``refused`` says why what was kept for it before is of no use;
     ``parts`` are what was kept for it before and is.
 
-    Attributes: ``places`` on faces; ``identity``, another one whenever other bakes are kept; ``updated``, whether the
-    last run had no need to bake anything as a whole; ``reasons`` why it had, and why nothing could be kept, as clauses,
-    and ``notes``, the same in sentences.
+    Attributes: ``places`` on faces; ``recollection`` of what reading the scene has found; ``identity``, another one
+    whenever other bakes are kept; ``updated``, whether the last run had no need to bake anything as a whole;
+    ``reasons`` why it had, and why nothing could be kept, as clauses, and ``notes``, the same in sentences.
     """
 
     def __init__(
@@ -63,6 +64,7 @@ class KeptBake:
         self._sessions = {group: BakeSession.of(first) for group, first in kept.items()}
         self.places: KeptPlaces | None = None if parts is None else parts.places
         self._read_places = self.places
+        self.recollection = Recollection()
         self.on_disk, self._refused = on_disk, refused
         self.identity = new_identity()
         self._begin()

@@ -8,8 +8,9 @@ from detp.detp_addon.job import bake_scene
 from detp.detp_addon.panel import session
 from detp.detp_addon.reading.kept_places import KeptPlaces
 from detp.detp_addon.reading.read_scene import read_scene
+from detp.detp_addon.reading.recalled import Recollection
 from detp.detp_addon.updates.latest_kept import kept_of
-from made_scenes import material, node
+from made_scenes import image, material, node
 from scipy import stats
 from small_scenes import colours, cube, grid, lamp, painted
 
@@ -116,6 +117,86 @@ def test_points_of_other_objects_stay_where_they_are(scene):
     fresh, whole = of(after, "Aardvark", after.shown.places.area), bpy.data.objects["Aardvark"].data
     # Half of its places are one for each value, the others as dense as elsewhere: few, for so small a thing.
     assert 24 <= len(fresh) < 24 + 2.0 * places.density * sum(face.area for face in whole.polygons)
+
+
+def paint_picture(picture, left, right):
+    """Two halves of one colour each, on an image that is there already."""
+    height, width = picture.size[1], picture.size[0]
+    pixels = np.tile(np.array([*left, 1.0], np.float32), (height, width, 1))
+    pixels[:, width // 2 :, :3] = right
+    picture.pixels.foreach_set(pixels.ravel())
+
+
+RED_BLUE, GREEN_WHITE = ((0.9, 0.1, 0.1), (0.1, 0.1, 0.9)), ((0.1, 0.9, 0.1), (0.9, 0.9, 0.9))
+
+
+@pytest.mark.parametrize("how", ["pixels", "colour space", "coordinates", "extension"])
+def test_what_images_show_is_recalled_only_where_all_of_it_is_the_same(how):
+    floor, picture = bpy.data.objects["Floor"].data, image(np.ones((8, 8, 4)))
+
+    def shaded(tree):
+        texture = node(tree, "ShaderNodeTexImage", {"image": picture, "name": "Texture"})
+        return node(tree, "ShaderNodeBsdfDiffuse", Color=texture.outputs["Color"])
+
+    floor.materials.append(material(shaded))
+    texture = floor.materials[0].node_tree.nodes["Texture"]
+    layer = floor.uv_layers[0].data
+    places = np.empty(2 * len(layer), np.float32)
+    layer.foreach_get("uv", places)
+
+    def change(there):
+        picture.colorspace_settings.name = "Non-Color" if there and how == "colour space" else "sRGB"
+        # An image that was only painted loses that with its colour space.
+        paint_picture(picture, *(GREEN_WHITE if there and how == "pixels" else RED_BLUE))
+        texture.extension = "CLIP" if there and how == "extension" else "REPEAT"
+        scale = 0.4 if there and how == "coordinates" else 1.5
+        floor.uv_layers[0].data.foreach_set("uv", scale * places)
+
+    def albedo():
+        return read(bpy.context.scene).scene.albedo
+
+    change(False)
+    bake()
+    first, before = light(), albedo()
+    assert update().updated and np.array_equal(light(), first)
+    change(True)
+    with kept().recollection.used():
+        recalled = albedo()
+    assert np.array_equal(recalled, albedo()) and not np.array_equal(recalled, before)
+    update()
+    assert not np.array_equal(light(), first)
+    change(False)
+    update()
+    assert np.array_equal(light(), first)
+
+
+def bend():
+    bpy.data.objects["Box"].data.vertices[0].co.x -= 0.2
+
+
+def shade_smooth():
+    faces = bpy.data.objects["Box"].data.polygons
+    faces.foreach_set("use_smooth", np.ones(len(faces), bool))
+
+
+def turn_faces():
+    bpy.data.objects["Box"].data.flip_normals()
+
+
+@pytest.mark.parametrize(
+    "change", [move, bend, shade_smooth, turn_faces, lambda: bpy.data.objects["Box"].modifiers.new("", "BEVEL")]
+)
+def test_what_is_recalled_of_objects_is_what_reading_anew_finds(scene, change):
+    recollection = Recollection()
+    with recollection.used():
+        before = read(scene)
+    change()
+    with recollection.used():
+        recalled = read(scene)
+    anew = read(scene)
+    first, second, third = ((e.centres, e.normals, e.facing, e.shown.faces.normals) for e in (before, recalled, anew))
+    assert all(map(np.array_equal, second, third))
+    assert not all(map(np.array_equal, first, third))
 
 
 def read(scene, kept=None):

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 from detp.core.fit.equations import Neighbours
+from detp.core.fit.followed import PlacesLight, followed
+from detp.core.fit.settled import Settled
 from detp.core.fit.shown_faces import ShownFaces
 from detp.core.fit.vertex_fit import VertexFit
 from detp.core.irradiance import Irradiance
@@ -188,13 +190,31 @@ def test_values_of_next_to_no_weight_beside_others_leave_those_right(little):
     assert np.isfinite(found).all() and np.allclose(found[:2], light, rtol=1e-5)
 
 
-def begun_and_fresh(faces, before, light, same, changed, error=0.1):
-    """Fits of ``light`` (K,) at places of ``faces`` that begin where ``before`` settled, and from nothing."""
+def followed_and_fresh(faces, before, first, light, same, error=0.1):
+    """Values that follow from ``first`` to another ``light``, (K,) of places of ``faces``, and a fit that begins with
+    nothing; ``before`` was settled on the first one, at places which are the ``same``."""
     places = faces.drawn(0)
     fit, known = VertexFit(faces, places), np.ones(len(places.area))
-    given = Irradiance(np.tile(light(places.of(faces.corners))[:, None], 3), np.full((len(known), 3), error)), known
-    start = fit.among(before, same, changed)
-    return fit.fitted(*given, start=start), fit.fitted(*given)
+    was, now = (np.tile(each(places.of(faces.corners))[:, None], 3) for each in (first, light))
+    given = Irradiance(now, np.full_like(now, error))
+    more = np.where((same >= 0)[:, None], now - was, now)
+    found = followed(
+        fit,
+        before,
+        same,
+        PlacesLight(given, given, given, known, more, more, np.full(len(known), 3.0 * error), same < 0),
+    )
+    return found, fit.fitted(given, known, given), fit
+
+
+def settled_on(faces, light, error=0.1):
+    """Where a fit of ``light`` (K,) at places of ``faces`` settles."""
+    places = faces.drawn(0)
+    fit, known = VertexFit(faces, places), np.ones(len(places.area))
+    value = np.tile(light(places.of(faces.corners))[:, None], 3)
+    given = Irradiance(value, np.full_like(value, error))
+    found = fit.fitted(given, known, given)
+    return Settled.of(found, fit.placed, fit.left_of(found, given.standard_error))
 
 
 def spot(middle):
@@ -202,35 +222,60 @@ def spot(middle):
     return lambda at: 0.5 + 2.0 * (np.linalg.norm(at[:, :2] - (middle, 0.5), axis=1) < 0.2)
 
 
-def test_a_fit_that_begins_where_another_settled_ends_where_one_does_that_begins_with_nothing():
-    faces, _ = plane(24)
-    before = fitted(faces, spot(0.35)).settled
-    at = faces.drawn(0).of(faces.corners)
-    same, changed = np.arange(len(at)), spot(0.35)(at) != spot(0.5)(at)
-    begun, fresh = begun_and_fresh(faces, before, spot(0.5), same, changed)
+def test_values_that_follow_a_spot_are_those_of_a_fit_that_begins_with_nothing():
+    faces, positions = plane(24)
+    same = np.arange(len(faces.drawn(0).area))
+    before = settled_on(faces, spot(0.35))
+    found, fresh, fit = followed_and_fresh(faces, before, spot(0.35), spot(0.5), same)
     moved = np.abs(fresh.value - before.value)
     assert moved.max() > 1.0
-    assert np.abs(begun.value - fresh.value).mean() < 0.02 * moved.mean()
+    assert np.abs(found.value - fresh.value).mean() < 0.02 * moved.mean()
     # Two standard errors of a place.
-    assert np.abs(begun.value - fresh.value).max() < 0.2
-    told, fresh_told = (np.sqrt(np.mean(found.light.standard_error**2)) for found in (begun, fresh))
-    assert told == pytest.approx(fresh_told, rel=0.1)
+    assert np.abs(found.value - fresh.value).max() < 0.2
+    assert np.abs(found.part - fresh.part).max() < 0.2
+    left = fit.left_of(fresh, np.full((len(same), 3), 0.1))
+    assert np.sqrt(np.mean(found.left**2)) == pytest.approx(np.sqrt(np.mean(left**2)), rel=0.1)
+    # Far from both spots nothing is touched.
+    far = positions[:, 1] > 0.95
+    assert np.array_equal(found.value[far], before.value[far])
 
 
-def test_a_fit_begins_where_another_settled_also_among_more_faces_and_others():
+def test_values_follow_light_that_changes_by_less_than_it_is_off():
+    faces, _ = plane(24)
+    same = np.arange(len(faces.drawn(0).area))
+    first, now = (lambda at, more=more: 1.0 + 0.2 * at[:, 0] + more for more in (0.0, 0.03))
+    found, fresh, _ = followed_and_fresh(faces, settled_on(faces, first), first, now, same)
+    assert found.value == pytest.approx(fresh.value, abs=2e-3)
+
+
+def test_values_of_faces_that_are_new_are_those_of_a_fit_that_begins_with_nothing():
     faces, positions = plane(24)
     left = positions[:, 0] < 0.7
     some, _ = faces.of_values(left)
     places = faces.drawn(0)
-    before = fitted(some, spot(0.35)).settled
+    before = settled_on(some, spot(0.35))
     # Of the larger plane's places those are the same that show the same values; the others are new.
     number = np.where(left, np.cumsum(left) - 1, -1)[faces.values[places.triangle]]
     first = {tuple(row): place for place, row in reversed(list(enumerate(before.placed)))}
     same = np.array([first.get(tuple(row), -1) for row in number])
-    changed = places.of(faces.corners)[:, 0] > 0.8
-    start = VertexFit(faces, places).among(before, same, changed)
-    kept = ~np.isnan(start.value).any(axis=1)
-    assert kept.any() and not kept[~left].any()
-    assert np.isnan(start.bend).any() and not np.isnan(start.bend).all()
-    begun, fresh = begun_and_fresh(faces, before, spot(0.35), same, changed)
-    assert np.abs(begun.value - fresh.value).mean() < 0.01
+    assert (same < 0).any() and (same >= 0).any()
+    found, fresh, _ = followed_and_fresh(faces, before, spot(0.35), spot(0.35), same)
+    assert np.abs(found.value - fresh.value).mean() < 0.01
+    assert np.isfinite(found.value).all() and found.known.all()
+
+
+def test_few_rays_that_brought_much_leave_no_spots_where_values_follow():
+    faces, _ = plane(24)
+    places = faces.drawn(0)
+    before, fit, known = (
+        settled_on(faces, lambda at: np.ones(len(at))),
+        VertexFit(faces, places),
+        np.ones(len(places.area)),
+    )
+    value, error = np.ones((len(known), 3)), np.full((len(known), 3), 0.1)
+    value[::97], error[::97] = 4.0, 3.0
+    given = Irradiance(value, error)
+    now = PlacesLight(given, given, given, known, value - 1.0, value - 1.0, np.full(len(known), 0.3), known < 0)
+    found, fresh = followed(fit, before, np.arange(len(known)), now), fit.fitted(given, known, given)
+    assert np.abs(found.value - fresh.value).max() < 0.1
+    assert found.value.max() < 1.3

@@ -22,8 +22,8 @@ from ..random_streams import random_stream
 from ..segments import Segments
 from ..stages import collected, finished
 from .changed_places import Sight
-from .differences import POINTS_PER_CHUNK, LightDifferences, WantedPlaces
 from .first_bake import FirstBake
+from .light_differences import POINTS_PER_CHUNK, LightDifferences, WantedPlaces
 
 #: Rays that look for where records are needed around what changed, and from each record to the lights: at first, and
 #: where one of these meets what changed.

@@ -32,7 +32,7 @@ from ..result import BakeResult
 from ..scene import Scene
 from ..segments import Segments
 from ..settings import BakeSettings
-from .differences import Views, WantedPlaces
+from .light_differences import Views, WantedPlaces
 
 #: No difference need be known better than this share of the light.
 LEAST_NOISE = 1e-3

@@ -37,9 +37,9 @@ from ..stages import Stopwatch, collected
 from ..stop_rule import FEW, TIMES, far_off
 from .changed_light import ChangedRecords
 from .changed_places import Balls, Sight
-from .differences import NOISE, POINTS_PER_CHUNK, Differences, LightDifferences
 from .first_bake import FirstBake
-from .matching import light_scale, same_lights, same_points, same_triangles
+from .light_differences import NOISE, POINTS_PER_CHUNK, Differences, LightDifferences
+from .unchanged import light_scale, same_lights, same_points, same_triangles
 
 if TYPE_CHECKING:
     from ..cluster.crew import Crew

@@ -31,12 +31,11 @@ def nearest_places(surface: MeshSurface, positions: np.ndarray, normals: np.ndar
     if len(rows) == 0:
         return found, places
     # Blender's tree holds float32, so it is built around the surface's middle.
-    corners = surface.vertices[surface.triangles[rows].ravel()]
+    triangles = surface.triangles[rows]
+    corners = surface.vertices[triangles.ravel()]
     middle = np.median(corners, axis=0)  # which no stray vertex moves
     touching = _TOUCHING * float(np.median(np.linalg.norm(corners - middle, axis=1)))
-    tree = BVHTree.FromPolygons(
-        (corners - middle).tolist(), np.arange(len(corners)).reshape(-1, 3).tolist(), all_triangles=True
-    )
+    tree = BVHTree.FromPolygons((surface.vertices - middle).tolist(), triangles.tolist(), all_triangles=True)
     finite = np.flatnonzero(np.isfinite(positions).all(axis=1))
     queries = zip(finite, (positions[finite] - middle).tolist(), normals[finite].tolist(), strict=True)
     for element, position, normal in queries:

@@ -20,8 +20,8 @@ from detp.core.settings import BakeSettings
 from detp.core.stages import finished
 from detp.core.update.changed_places import Balls, Sight
 from detp.core.update.first_bake import KINDS
-from detp.core.update.matching import light_scale, same_rows, same_triangles
 from detp.core.update.session import BakeSession
+from detp.core.update.unchanged import light_scale, same_rows, same_triangles
 from rooms import box_quads, face_points, scene_of
 from scipy import stats
 

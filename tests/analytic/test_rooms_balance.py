@@ -13,7 +13,7 @@ from detp.core.settings import BakeSettings
 from rooms import box_quads, face_points, scene_of, z_scores
 from scipy import stats
 
-PHOTONS, BAKES = 200_000, 5
+PHOTONS, BAKES = 120_000, 5
 
 #: What discs miss because they lie a hundredth of their radius off the surface, a share of the light.
 LIFTED = 0.004

@@ -32,7 +32,7 @@ def inside(obj):
 
 def test_the_walls_of_a_shed_on_sunlit_ground_are_as_bright_as_in_cycles():
     fresh()
-    grid("ground", 30.0, 30, (0, 0, 0))
+    grid("ground", 30.0, 20, (0, 0, 0))
     quarter = 0.5 * np.pi
     walls = [
         grid("lid", 2.4, 4, (0, 0, 1.8), (2 * quarter, 0, 0)),

@@ -20,7 +20,7 @@ def assert_calibrated(found: calibration.Coverage):
         ("furnace, albedo 0.8", 0.3, 700, {"estimator": "plain"}),
         ("Cornell box", 0.1, 3_000, {}),
         ("outdoors, sun and sky", 0.1, 9_000, {}),
-        ("outdoors, sun and sky", 0.3, 9_000, {"direct": "shadow-rays"}),
+        ("outdoors, sun and sky", 0.3, 4_000, {"direct": "shadow-rays"}),
     ],
 )
 def test_intervals_hold_the_converged_value_as_often_as_they_say(subject, share, photons, settings):

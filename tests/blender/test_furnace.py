@@ -16,7 +16,7 @@ from detp.detp_addon.values import points_of, values_of
 from enclosures import ENCLOSURES, furnace, smooth_box
 from furnace_table import ALLOWED, baked_with, elements, errors, limit, placed_discs
 
-RAYS = 200
+RAYS = 120
 
 FINAL = BakeSettings("final")
 

@@ -75,7 +75,7 @@ def test_rays_that_gather_and_photons_bring_the_same():
     scene = sided(replace(scene, translucency=0 * scene.albedo[0]), 6, translucency=(0.1, 0.0))
     scene = sided(scene, 7, emission=(1.0, 8.0), translucency=(0.4, 0.2))
     points, normals = face_points([*ROOM, PARTITION, PARTITION[::-1]], 2)
-    rays = light_at(scene, points, normals, photons=8_000)
+    rays = light_at(scene, points, normals, photons=8_000, error=0.03)
     photons = light_at(scene, points, normals, "photons", indirect="photons", photons=30_000, radius=0.12)
     (ours, error), (theirs, noise) = rays, photons
     off = np.abs(ours - theirs) / np.hypot(np.hypot(error, noise), 5e-3 * theirs.mean())

@@ -6,7 +6,7 @@ import numpy as np
 
 from .findings import Findings
 from .recalled import recalled
-from .texture_pyramid import LARGEST_SIDE, TexturePyramid, srgb_to_linear
+from .texture_pyramid import TexturePyramid, srgb_to_linear
 from .working_space import in_working_space, way_from
 
 #: beginnings of names of colour spaces whose byte values are linear already, or data, or sRGB; others are decoded as
@@ -20,6 +20,9 @@ _STEPS = 255 * 16
 
 #: how far the place that stands for a quarter of a texel is from its middle: (1 - x)^2 + x^2 is 2/3, the mean there
 _ASIDE = 0.5 - 0.5 / np.sqrt(3.0)
+
+#: images with longer sides have texels enough for one quarter of each to stand for all
+_MANY_TEXELS = 256
 
 #: what a missing image shows instead: Blender's default grey
 MISSING = np.array([0.8, 0.8, 0.8, 1.0])
@@ -135,7 +138,7 @@ def _blended(encoded: np.ndarray, alpha: np.ndarray) -> np.ndarray:
     in each quarter of a texel has the mean of squares right; of many texels one of the four will do.
     """
     veiled, total, weight = np.concatenate([encoded * alpha, alpha], axis=2), 0.0, 1e-9
-    for up, right in ((1, 1), (1, -1), (-1, 1), (-1, -1))[: 1 if max(encoded.shape) > LARGEST_SIDE else 4]:
+    for up, right in ((1, 1), (1, -1), (-1, 1), (-1, -1))[: 1 if max(encoded.shape) > _MANY_TEXELS else 4]:
         mixed = veiled
         for axis, way in enumerate((up, right)):
             mixed = (1.0 - _ASIDE) * mixed + _ASIDE * np.roll(mixed, way, axis)

@@ -66,14 +66,15 @@ class StopRule:
 
     Attributes: ``error``, the median relative one of all points that count; ``over``, that error, or that of what is
     worked on, over what is aimed at; ``missing`` (N,), points whose neighbourhoods are worked on, None for all;
-    ``half_well``, whether half of the points keep to the error that is aimed at.
+    ``half_well``, whether half of the points keep to the error that is aimed at; ``fine``, whether the error is so
+    small that nobody would ask for less, where none was asked for.
     """
 
     def __init__(self, settings: BakeSettings, rays: DirectLight | None, photons: PhotonLight | None, cells: int):
         self._settings, self._rays, self._photons, self._cells = settings, rays, photons, cells
-        self.error, self.over, self.half_well = float("nan"), 0.0, False
+        self.error, self.over, self.half_well, self.fine = float("nan"), 0.0, False, False
         self.missing: np.ndarray | None = None
-        self._last, self._rounds_before, self._flat, self._fine = float("nan"), 0, False, False
+        self._last, self._rounds_before, self._flat = float("nan"), 0, False
         # Rounds, photons and rays when half of the points first were well; whether neighbourhoods are very far off.
         self._well: tuple[int, int, int] | None = None
         self._very_far = False
@@ -83,7 +84,7 @@ class StopRule:
         rounds, goal, aim = self._rounds, self._settings.aimed_noise, NOISE_SHARE * self._settings.target_error
         self._flat = rounds >= max(HALF_AGAIN * self._rounds_before, AIMED_AFTER) and self.error > FLAT * self._last
         self._last, self._rounds_before = self.error, rounds
-        self._fine = rounds >= AIMED_AFTER and self.error <= FINE * aim and light.high_error <= TIMES * aim
+        self.fine = rounds >= AIMED_AFTER and self.error <= FINE * aim and light.high_error <= TIMES * aim
         self.missing, self.over, self.half_well = None, 0.0, False
         if goal is not None and np.isfinite(self.error):
             self.over = self.error / goal
@@ -128,11 +129,6 @@ class StopRule:
         if not np.isnan(self.error):
             return False
         return self._photons is None or (self._settings.photons is None and self._particles >= DARK_AFTER)
-
-    @property
-    def fine(self) -> bool:
-        """Whether the error is so small that nobody would ask for less, where none was asked for."""
-        return self._fine
 
     @property
     def flat(self) -> bool:

@@ -3,12 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
-
-if TYPE_CHECKING:
-    from .vertex_fit import Fitted
 
 
 @dataclass(frozen=True)
@@ -26,11 +22,6 @@ class Settled:
     known: np.ndarray
     placed: np.ndarray
     left: np.ndarray
-
-    @classmethod
-    def of(cls, found: Fitted, placed: np.ndarray, left: np.ndarray) -> Settled:
-        """What a fit has ``found``."""
-        return cls(found.value, found.part, found.known, placed, left)
 
     def among(self, placed: np.ndarray, count: int, same: np.ndarray) -> np.ndarray:
         """Which of these each of ``count`` other values (U,) is, -1 for none, where K other places show those

@@ -109,8 +109,9 @@ class BakeSession:
         result = yield from work.stages()
         if fit is not None:
             open = np.where(result.hidden, 0.0, result.open)
-            values = fit.fitted(result.light, open, result.direct)
-            result = replace(result, settled=Settled.of(values, fit.placed, work.shown.left))
+            found = fit.fitted(result.light, open, result.direct)
+            settled = Settled(found.value, found.part, found.known, fit.placed, work.shown.left)
+            result = replace(result, settled=settled)
         self._dark = not work.gathers
         if not (self._journal.full or self._dark):
             given = self._scene, self._points, self.settings

@@ -10,6 +10,7 @@ import numpy as np
 from ..reading.read_node_graph import trees_within
 from ..wording import counted, some
 from .marked_nodes import NODE_MARK
+from .mesh_layers import materials_of
 
 _PAINT = ("ShaderNodeVertexColor", "ShaderNodeAttribute")
 
@@ -34,11 +35,6 @@ def gltf_notes(baked: Sequence[bpy.types.Object], painted: Sequence[str]) -> lis
             f"not show their light, and glTF files of newer Blenders lack it."
         )
     return notes + _spoilt_exports(baked)
-
-
-def materials_of(obj: bpy.types.Object) -> list[bpy.types.Material]:
-    """The materials in an object's slots."""
-    return [slot.material for slot in obj.material_slots if slot.material is not None]
 
 
 def has_paint(material: bpy.types.Material) -> bool:

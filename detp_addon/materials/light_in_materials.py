@@ -16,10 +16,10 @@ from ...core.errors import NotBakedError
 from ..reading.read_node_graph import node_tree, trees_within
 from ..wording import counted, some
 from ..writing.baked_layers import WHITE, light_of, remove_layer
-from .gltf_notes import gltf_notes, has_paint, materials_of
+from .gltf_notes import gltf_notes, has_paint
 from .light_nodes import make_plain, make_unlit, multiply, strip, surface_inputs, surface_outputs
 from .marked_nodes import NODE_MARK
-from .mesh_layers import drop_looks, modifiers_materials, whiten
+from .mesh_layers import drop_looks, materials_of, modifiers_materials, whiten
 
 #: how light can be used; "auto" takes base colour for ambient occlusion, which lamps are to light, else unlit
 WAYS = ("auto", "unlit", "base-color")
@@ -113,10 +113,10 @@ def materials_with_light(objects: Iterable[bpy.types.Object]) -> Iterator[bpy.ty
     """The materials of ``objects`` that use baked light."""
     seen = set()
     for obj in objects:
-        for slot in obj.material_slots if obj.type == "MESH" else ():
-            if slot.material is not None and NODE_MARK in slot.material and slot.material not in seen:
-                seen.add(slot.material)
-                yield slot.material
+        for material in materials_of(obj) if obj.type == "MESH" else ():
+            if NODE_MARK in material and material not in seen:
+                seen.add(material)
+                yield material
 
 
 def _has_light(mesh: bpy.types.Mesh, attribute: str) -> bool:

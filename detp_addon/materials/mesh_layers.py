@@ -19,7 +19,7 @@ def whiten(materials: set[str], attribute: str, domain: str) -> list[str]:
     for obj in bpy.data.objects:
         if obj.type != "MESH" or obj.data in seen or attribute in obj.data.color_attributes:
             continue
-        if not any(slot.material is not None and slot.material.name in materials for slot in obj.material_slots):
+        if not any(material.name in materials for material in materials_of(obj)):
             continue
         seen.add(obj.data)
         (dark if obstacle(obj, attribute, domain) else lit).append(obj)
@@ -60,6 +60,11 @@ def drop_looks(objects: Sequence[bpy.types.Object], attribute: str) -> None:
             layers.active_color_name, layers.default_color_name = shown
 
 
+def materials_of(obj: bpy.types.Object) -> list[bpy.types.Material]:
+    """The materials in an object's slots."""
+    return [slot.material for slot in obj.material_slots if slot.material is not None]
+
+
 def modifiers_materials(objects: Sequence[bpy.types.Object]) -> list[str]:
     """The names of those of the ``objects`` to which geometry nodes give materials that are in none of their slots."""
     objects = [obj for obj in objects if any(modifier.type == "NODES" for modifier in obj.modifiers)]
@@ -68,5 +73,5 @@ def modifiers_materials(objects: Sequence[bpy.types.Object]) -> list[str]:
         obj.name
         for obj in objects
         if {each.original for each in obj.evaluated_get(graph).data.materials if each is not None}
-        - {slot.material for slot in obj.material_slots}
+        - set(materials_of(obj))
     ]

@@ -201,7 +201,7 @@ class Patches:
             rgba = texture.looked_at(_drawn(centres, edges, self._draw), node.extension, blend)
         colour, alpha = rgba[:, :3].copy(), rgba[:, 3:].copy()
         if texture.associated:
-            colour = np.divide(colour, alpha, out=colour.copy(), where=alpha > 0)
+            colour = np.divide(colour, alpha, out=colour, where=alpha > 0)
         return colour, alpha
 
 

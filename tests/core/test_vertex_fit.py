@@ -214,7 +214,7 @@ def settled_on(faces, light, error=0.1):
     value = np.tile(light(places.of(faces.corners))[:, None], 3)
     given = Irradiance(value, np.full_like(value, error))
     found = fit.fitted(given, known, given)
-    return Settled.of(found, fit.placed, fit.left_of(found, given.standard_error))
+    return Settled(found.value, found.part, found.known, fit.placed, fit.left_of(found, given.standard_error))
 
 
 def spot(middle):

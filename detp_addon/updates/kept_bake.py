@@ -10,7 +10,7 @@ from pathlib import Path
 
 import bpy
 
-from ...core.bake import bake
+from ...core.bake import bake, during
 from ...core.cluster.crew import Crew
 from ...core.errors import InvalidSettingError, NotUpdatableError, OutOfMemoryError
 from ...core.fit.vertex_fit import VertexFit
@@ -31,9 +31,6 @@ from .kept_file import KeptParts, new_identity, read_kept
 #: of the memory that is free before a bake, light paths that are kept may take this share
 SHARE = 0.25
 
-#: An update whose points that are found anew cast more than this share of a bake's rays takes about as long as that.
-DEAR = 1 / 3
-
 #: light that is not parted by groups
 ALL = ""
 
@@ -41,8 +38,9 @@ ALL = ""
 class KeptBake:
     """What ``request`` asks for in ``scene`` as ``view_layer`` shows it, baked and kept, and then updated.
 
-    It is to be written beside the .blend if ``on_disk``. ``refused`` says why what was kept for it before is of no use;
-    ``parts`` are what was kept for it before and is.
+    It is to be written beside the .blend if ``on_disk``. If it ``looks`` around for updates at the end of a bake, the
+    first of them need not. ``refused`` says why what was kept for it before is of no use; ``parts`` are what was kept
+    for it before and is.
 
     Attributes: ``places`` on faces; ``recollection`` of what reading the scene has found; ``identity``, another one
     whenever other bakes are kept; ``updated``, whether the last run had no need to bake anything as a whole;
@@ -57,6 +55,7 @@ class KeptBake:
         on_disk: bool = False,
         refused: str = "",
         parts: KeptParts | None = None,
+        looks: bool = False,
     ):
         self._scene, self._view_layer = scene.name, view_layer.name
         self._request, self._whole = request, True
@@ -65,7 +64,7 @@ class KeptBake:
         self.places: KeptPlaces | None = None if parts is None else parts.places
         self._read_places = self.places
         self.recollection = Recollection()
-        self.on_disk, self._refused = on_disk, refused
+        self.on_disk, self._refused, self._looks = on_disk, refused, looks
         self.identity = new_identity()
         self._begin()
 
@@ -95,11 +94,6 @@ class KeptBake:
     def __bool__(self) -> bool:
         """Whether there is something to update."""
         return bool(self._sessions)
-
-    @property
-    def dear(self) -> bool:
-        """Whether the last update was not worth it."""
-        return any(session.effort > DEAR for session in self._sessions.values())
 
     def of(self, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> bool:
         """Whether it is of ``scene`` as ``view_layer`` shows it."""
@@ -175,10 +169,12 @@ class KeptBake:
                 return (yield from bake(surfaces, points, settings, fit, crew))
             result = yield from session.bake(fit, crew)
         try:
-            session.check()
+            first = session.kept
         except NotUpdatableError as error:
             self._not_kept(error, group)
         else:
+            if self._looks:
+                yield from during("Looking around for updates", 0.99, first.look())
             # Not before: who cancels a bake can still update the one before it.
             self._sessions[group] = session
             self.identity = new_identity()

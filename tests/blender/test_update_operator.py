@@ -257,6 +257,7 @@ def test_without_a_kept_bake_the_update_is_one_and_keeps_it(scene):
         (lambda: lamp((1, -1, 2)), "lights have changed"),
         (lambda: move((9.0, 0.0, 0.0)), "left the box"),
         (lambda: turn_to_glass("Box"), "glass"),
+        (lambda: setattr(bpy.data.objects["Floor"], "location", (0.0, 0.0, 0.2)), "take as long as a bake"),
     ],
 )
 def test_what_cannot_be_updated_is_baked_as_a_whole_and_that_is_said(change, why):

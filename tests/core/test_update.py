@@ -18,6 +18,7 @@ from detp.core.packing import packed, unpacked
 from detp.core.points import Points
 from detp.core.settings import BakeSettings
 from detp.core.stages import finished
+from detp.core.update import session as session_module
 from detp.core.update.changed_places import Balls, Sight
 from detp.core.update.first_bake import KINDS
 from detp.core.update.session import BakeSession
@@ -51,6 +52,12 @@ CHANGES = {
     "added": (room(), room(BOX)),
     "recoloured": (room(BOX), room(BOX, (0.1, 0.2, 0.9))),
 }
+
+
+@pytest.fixture(autouse=True)
+def any_update_is_worth_it(monkeypatch):
+    """Half of the points lie on the box, so that a bake would be as fast."""
+    monkeypatch.setattr(session_module, "WORTH", np.inf)
 
 
 @pytest.fixture(scope="module")
@@ -176,6 +183,16 @@ def test_what_cannot_be_updated_is_said(sessions):
     assert np.array_equal(finished(large.bake()).irradiance, session.first.irradiance)
     with pytest.raises(SessionTooLargeError, match="GB"):
         finished(large.update(scene, points))
+
+
+def test_where_most_light_is_to_be_found_anew_a_bake_is_due(sessions, monkeypatch):
+    monkeypatch.undo()
+    session = sessions["box"][0]
+    with pytest.raises(NotUpdatableError, match="as long as a bake"):
+        finished(session.update(*room(AWAY)))
+    # Without its box the room has few points that see much of where it was.
+    finished(session.update(*room()))
+    assert np.array_equal(finished(session.update(*room(BOX))).irradiance, session.first.irradiance)
 
 
 def test_rows_that_come_several_times_are_matched_one_by_one():

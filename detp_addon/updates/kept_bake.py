@@ -121,17 +121,22 @@ class KeptBake:
         if export.shown is not None:
             names = [(target.object_name, target.library) for target in export.targets]
             self._read_places = KeptPlaces.of(names, export.shown)
-        triangles = len(export.scene.triangles)
-        try:
-            check_baking(triangles, points)
-        except OutOfMemoryError:
-            if not (self._sessions and self._whole):
-                raise
-            self._sessions.clear()
-            self._updating = False
+        held = [self.recollection.forget]
+        if self._sessions and self._whole:
+            held.append(self._drop)
+        while True:
+            try:
+                return check_baking(len(export.scene.triangles), points)
+            except OutOfMemoryError:
+                if not held:
+                    raise
+            held.pop(0)()
             gc.collect()
-            self._anew("memory ran short, and what was kept is gone")
-            check_baking(triangles, points)
+
+    def _drop(self) -> None:
+        self._sessions.clear()
+        self._updating = False
+        self._anew("memory ran short, and what was kept is gone")
 
     def bake(
         self,

@@ -38,7 +38,9 @@ class Forecast:
     error: float
 
 
-def forecast(points: int, settings: BakeSettings, factor: float = 1.0, lamps: int = 0, before: float = 0.0) -> Forecast:
+def forecast(
+    points: int, settings: BakeSettings, factor: float = 1.0, lamps: float = 0, before: float = 0.0
+) -> Forecast:
     """What baking so many ``points`` among so many ``lamps`` is likely to take, with what takes so many seconds of one
     processor of the reference ``before``; ``factor`` corrects the time by what a scene took the last time."""
     given = points, settings, lamps, before
@@ -68,13 +70,13 @@ def _error(settings: BakeSettings) -> float:
     return float(error_for(settings.photons) if by_photons else settings.target_error)
 
 
-def _wall_seconds(error: float, points: int, settings: BakeSettings, lamps: int, before: float) -> float:
+def _wall_seconds(error: float, points: int, settings: BakeSettings, lamps: float, before: float) -> float:
     machine = this_machine()
     shared = machine.wall_seconds(before + _shared_seconds(error, points, settings, lamps))
     return START + machine.slowness * WHOLE_POINT * points + shared
 
 
-def _shared_seconds(error: float, points: int, settings: BakeSettings, lamps: int = 0) -> float:
+def _shared_seconds(error: float, points: int, settings: BakeSettings, lamps: float = 0) -> float:
     """Seconds of one processor of the reference for all that all processors do."""
     seconds = 0.0
     if settings.direct_by == "shadow-rays":

@@ -14,8 +14,9 @@ from .chosen_objects import chosen_objects
 from .mixing.light_groups import likely_groups
 from .request import BakeRequest
 
-#: seconds of a processor of the reference in which Cycles makes a picture of a world; one colour needs none
-_PICTURE = 4.0
+#: Of worlds that have more than one colour: seconds of a processor of the reference in which Cycles makes a picture of
+#: it, and as how many lamps it counts, since its light is another in each direction.
+_PICTURE, _AS_LAMPS = 4.0, 8
 
 #: nodes of a world that need not be seen to tell its colour
 _PLAIN = {"OUTPUT_WORLD", "BACKGROUND"}
@@ -41,13 +42,18 @@ def likely_values(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, reque
 
 def likely_bake(scene, view_layer, request: BakeRequest, values: int, factor: float = 1.0) -> Forecast:
     """What a bake that shows so many ``values`` is likely to take, times ``factor``; by light each group is a bake of
-    its own."""
+    its own, and open surroundings are direct light."""
+    settings = request.settings
+    if request.quantity == "ambient-occlusion":
+        settings = replace(settings, direct="shadow-rays", indirect="off")
     points = values + (int(more_places(values)) if request.fit == "faces" else 0)
     lamps = sum(obj.type == "LIGHT" and not obj.hide_render for obj in view_layer.objects)
-    likely = forecast(points, request.settings, factor, lamps, _PICTURE if _is_pictured(scene.world) else 0.0)
-    if not request.by_light or request.settings.seconds is not None:
-        return likely
-    return replace(likely, seconds=likely.seconds * likely_groups(scene, view_layer))
+    pictured = _is_pictured(scene.world)
+    lamps += _AS_LAMPS * pictured
+    apart = request.by_light and settings.seconds is None
+    groups = likely_groups(scene, view_layer) if apart else 1
+    likely = forecast(points, settings, factor, lamps / groups, _PICTURE * pictured / groups)
+    return replace(likely, seconds=likely.seconds * groups)
 
 
 def _values_of(mesh: bpy.types.Mesh) -> int:

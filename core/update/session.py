@@ -129,15 +129,15 @@ class BakeSession:
         if self._first is None:
             raise NotUpdatableError("there is no finished bake to update")
 
-    def update(self, scene: Scene, points: Points, fit: VertexFit | None = None) -> Stage:
+    def update(self, scene: Scene, points: Points, fit: VertexFit | None = None, dear: bool = False) -> Stage:
         """The light at ``points`` in a ``scene`` that differs from the first one, wherever it does.
 
         What is the same in both is found by itself. Yields a Progress often, and may be closed at any time. Raises
-        NotUpdatableError before nearly all work where nothing can be kept, or so little that it takes as long as a
-        bake, and as :meth:`check`; then a new bake is due.
+        NotUpdatableError before nearly all work where nothing can be kept, or, unless it may be ``dear``, so little
+        that it takes as long as a bake, and as :meth:`check`; then a new bake is due.
         """
         self.check()
-        return (yield from _Update(self._first, scene, points, fit).steps())
+        return (yield from _Update(self._first, scene, points, fit).steps(dear))
 
 
 class _Update:
@@ -174,13 +174,13 @@ class _Update:
         self._changes = LightDifferences(first.reflected, after, balls, parts)
         self._same = same_points(first.points, self._points)
 
-    def steps(self) -> Stage:
+    def steps(self, dear: bool) -> Stage:
         first = self._first
         anew = yield from self._stage("Looking for what changed", 0.0, "shadow", self._to_find_anew())
         if len(self._changes.balls) == 0 and np.array_equal(self._same, np.arange(len(first.points))):
             return self._in_scale(replace(first.result, seconds=self._stopwatch.seconds))
         rows, (of_each, of_all) = np.flatnonzero(anew), first.ray_count
-        if len(rows) * first.common_rounds * of_each > WORTH * of_all:
+        if not dear and len(rows) * first.common_rounds * of_each > WORTH * of_all:
             raise NotUpdatableError(DEAR)
         places = yield from self._stage("Placing the points", 0.05, "place", self._stand(rows))
         records = ChangedRecords(first, self._lit, self._changes)

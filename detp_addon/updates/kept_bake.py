@@ -102,7 +102,8 @@ class KeptBake:
     def request(self, scene: bpy.types.Scene, whole: bool = True) -> BakeRequest:
         """What is to be baked of ``scene`` as it is now: what was baked, as far as it is still there.
 
-        Without ``whole``, light that cannot be updated is not baked as a whole: NotUpdatableError.
+        Without ``whole``, light that cannot be updated is not baked as a whole: NotUpdatableError. An update is made
+        then even where it takes as long.
         """
         self._whole = whole
         return replace(self._request, targets=targets_in(scene, self._request.targets))
@@ -154,7 +155,7 @@ class KeptBake:
         session = self._sessions.get(group)
         if session is not None:
             try:
-                return (yield from session.update(surfaces, points, fit))
+                return (yield from session.update(surfaces, points, fit, dear=not self._whole))
             except NotUpdatableError as error:
                 if not self._whole:
                     raise

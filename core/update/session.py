@@ -62,7 +62,7 @@ SPECULAR = "light off mirrors and through glass cannot be updated"
 
 #: Points that are found anew may cast so many rays, over those of all points in the first bake. Where they cast more,
 #: an update takes as long as a bake, and that is why there is none.
-WORTH, DEAR = 0.9, "so much of the light is to be found anew that an update would take as long as a bake"
+WORTH, DEAR = 0.9, "so much is near to what changed that an update would take as long as a bake"
 
 Stage = Generator[Progress, None, BakeResult]
 

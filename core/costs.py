@@ -20,13 +20,13 @@ PLACING, PLACING_OVER_STANDING = 5e-5, 5.0
 #: How much longer than tracing a photon all takes that is done for it in a bake of a given time, shadow rays included.
 FOR_A_PHOTON = 4.0
 
-#: What whole bakes took, with all that goes with it: for each point (reading, placing and writing), for each shadow ray
-#: and each photon.
-WHOLE_POINT, WHOLE_RAY, WHOLE_PHOTON = 1.0e-4, 1.0e-6, 4.0e-6
+#: What whole bakes took, with all that goes with it: for each point (reading, fitting and writing, by one processor),
+#: for each shadow ray and each photon.
+WHOLE_POINT, WHOLE_RAY, WHOLE_PHOTON = 6.0e-5, 1.0e-6, 4.0e-6
 
-#: The same for what gathers: rays for as much light as a crossing brings. Scenes need from a fifth of it (sun and
-#: shade) to four times as much (many lamps), small rooms with windows twenty times.
-GATHERED = 1.0e-6
+#: The same for what gathers: for each point what is done whatever the error (its place, records, the first rounds), and
+#: rays for as much light as a crossing brings; and by what share each lamp makes both dearer.
+FIRST_GATHERED, GATHERED, LAMP = 2.5e-4, 8.5e-7, 0.08
 
-#: Wall seconds before and beside all that: the pilot, learning where to aim.
-START = 1.5
+#: Wall seconds before and beside all that.
+START = 0.3

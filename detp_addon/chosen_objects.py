@@ -33,16 +33,6 @@ def chosen_objects(
     return [found[name] for name in dict.fromkeys(targets)]
 
 
-def likely_points(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, targets: str | tuple[str, ...]) -> int:
-    """About how many points a request's ``targets`` will have: the face corners of their meshes, without modifiers."""
-    try:
-        chosen = chosen_objects(scene, view_layer, targets)
-    except NothingSelectedError:
-        return 0
-    objects = view_layer.objects if chosen is None else chosen
-    return sum(len(obj.data.loops) for obj in objects if obj.type == "MESH" and not obj.hide_render)
-
-
 def targets_in(scene: bpy.types.Scene, targets: str | tuple[str, ...]) -> str | tuple[str, ...]:
     """The ``targets`` for one of several scenes, in which not all that are named need be."""
     if isinstance(targets, str):

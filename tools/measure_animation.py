@@ -48,8 +48,6 @@ def main() -> int:
         seconds, found = timed(scene, layer, request, frame, kept)
         spent["first" if frame == 1 else "update"].append(seconds)
         lights["update"].append(found.whole.irradiance.sum(axis=1))
-        if frame > 1 and kept.dear:
-            print(f"Frame {frame}: dearer than a whole bake is thought to be", flush=True)
         if kept.reasons:
             print(f"Frame {frame}: {'; '.join(kept.reasons)}", flush=True)
         if frame == 1 or (frame - 1) % arguments.whole_every:

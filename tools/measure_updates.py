@@ -41,8 +41,8 @@ def main() -> int:
         name: BakeSession.of(replace(first, settings=replace(first.settings, gatherer=name))) for name in GATHERERS
     }
     # What the points see is found out at the first update, once for all.
-    print(f"| r / R | found anew | error | {' | '.join(f'{name}, update / bake, search' for name in GATHERERS)} |")
-    print(f"| {'--- | ' * (3 + len(GATHERERS))}".rstrip(), flush=True)
+    print(f"| r / R | error | {' | '.join(f'{name}, update / bake, search' for name in GATHERERS)} |")
+    print(f"| {'--- | ' * (2 + len(GATHERERS))}".rstrip(), flush=True)
     for number, size in enumerate((arguments.sizes[0], *arguments.sizes)):
         bpy.ops.mesh.primitive_cube_add(size=2.0 * size / 100 * radius / 3**0.5, location=arguments.at)
         spent = {name: [] for name in GATHERERS}
@@ -54,15 +54,15 @@ def main() -> int:
                     try:
                         light = finished(other.update(scene, points, fit))
                     except NotUpdatableError as error:
-                        print(f"\nAt {size:g} %: {error}")
+                        took = time.process_time() - begin
+                        print(f"\nAt {size:g} %, after {took:.2f} s of processors: {error}")
                         return 0
                     spent[name].append((time.process_time() - begin, sum(searched)))
         bpy.data.objects.remove(bpy.context.object)
         if number:
             least = [min(spent[name]) for name in GATHERERS]
             told = [f"{took:.2f} s, {took / whole:.1%}, {1e3 * search:.0f} ms" for took, search in least]
-            effort = sessions[GATHERERS[0]].effort
-            print(f"| {size:g} % | {effort:.1%} | {light.relative_error:.1%} | {' | '.join(told)} |", flush=True)
+            print(f"| {size:g} % | {light.relative_error:.1%} | {' | '.join(told)} |", flush=True)
     return 0
 
 

@@ -58,7 +58,7 @@ def main() -> int:
         obj.location = home + Vector((way * math.cos(angle), way * math.sin(angle), 0.0))
         scene, points, fit, _ = read(places)
         begin = time.process_time()
-        updated = finished(session.update(scene, points, fit))
+        updated = finished(session.update(scene, points, fit, dear=True))
         seconds.append(time.process_time() - begin)
         if move in checks:
             fresh = finished(bake(scene, points, replace(settings, seed=arguments.seed + 1000 + move), fit))

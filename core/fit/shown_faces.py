@@ -16,6 +16,11 @@ from ..triangles import normals_and_areas
 MORE, LEAST_MORE = 0.75, 1 << 12
 
 
+def more_places(values: int) -> float:
+    """How many places there are beyond one for each of so many ``values``."""
+    return max(MORE * values, LEAST_MORE)
+
+
 @dataclass(frozen=True)
 class ShownFaces:
     """T triangles that show U values, each interpolated linearly between three of them.
@@ -67,7 +72,7 @@ class ShownFaces:
     @property
     def density(self) -> float:
         """Places a square metre beyond one for each value."""
-        return max(MORE * self.count, LEAST_MORE) / max(self.areas.sum(), 1e-300)
+        return more_places(self.count) / max(self.areas.sum(), 1e-300)
 
     def drawn(self, seed: int, density: float | None = None) -> FacePlaces:
         """Places on the triangles: one near the vertices of each value, and more in proportion to area, of that

@@ -60,6 +60,10 @@ GROWTH = 1e-6
 #: Why scenes with metals and glass are not updated.
 SPECULAR = "light off mirrors and through glass cannot be updated"
 
+#: Points that are found anew may cast so many rays, over those of all points in the first bake. Where they cast more,
+#: an update takes as long as a bake, and that is why there is none.
+WORTH, DEAR = 0.9, "so much is near to what changed that an update would take as long as a bake"
+
 Stage = Generator[Progress, None, BakeResult]
 
 
@@ -70,8 +74,7 @@ class BakeSession:
     NotUpdatableError for scenes with metals or glass.
     Of more than ``limit`` bytes of light paths none is kept, and there is no update.
 
-    Attributes: its ``settings``, and ``effort``, rays that the last update cast from points that were found anew, over
-    those of all points in the first bake.
+    Attribute: its ``settings``.
     """
 
     def __init__(self, scene: Scene, points: Points, settings: BakeSettings, limit: int = LIMIT):
@@ -88,7 +91,6 @@ class BakeSession:
         self._journal = PhotonJournal(limit)
         self._first: FirstBake | None = None
         self._dark = False
-        self.effort = 0.0
 
     @classmethod
     def of(cls, first: FirstBake) -> BakeSession:
@@ -115,9 +117,7 @@ class BakeSession:
         self._dark = not work.gathers
         if not (self._journal.full or self._dark):
             given = self._scene, self._points, self.settings
-            first = FirstBake.of(*given, work, self._journal.paths(), result)
-            yield from during("Looking around for updates", 0.99, first.look())
-            self._first = first
+            self._first = FirstBake.of(*given, work, self._journal.paths(), result)
         return result
 
     def check(self) -> None:
@@ -129,17 +129,15 @@ class BakeSession:
         if self._first is None:
             raise NotUpdatableError("there is no finished bake to update")
 
-    def update(self, scene: Scene, points: Points, fit: VertexFit | None = None) -> Stage:
+    def update(self, scene: Scene, points: Points, fit: VertexFit | None = None, dear: bool = False) -> Stage:
         """The light at ``points`` in a ``scene`` that differs from the first one, wherever it does.
 
         What is the same in both is found by itself. Yields a Progress often, and may be closed at any time. Raises
-        NotUpdatableError before all work where nothing can be kept, and as :meth:`check`; then a new bake is due.
+        NotUpdatableError before nearly all work where nothing can be kept, or, unless it may be ``dear``, so little
+        that it takes as long as a bake, and as :meth:`check`; then a new bake is due.
         """
         self.check()
-        work = _Update(self._first, scene, points, fit)
-        result = yield from work.steps()
-        self.effort = work.rays / max(self._first.ray_count[1], 1)
-        return result
+        return (yield from _Update(self._first, scene, points, fit).steps(dear))
 
 
 class _Update:
@@ -154,7 +152,6 @@ class _Update:
         self._first = first
         self._scene, self._points, self._fit = scene, points, fit
         self._lit = LitScene(scene, RayCaster(scene.corners, first.points.centres))
-        self.rays = 0  # from points that are found anew
         self._stopwatch = Stopwatch("radius", "place", "shadow", "trace", "gather")
         if scene.specular is not None:
             raise NotUpdatableError(SPECULAR)
@@ -177,12 +174,14 @@ class _Update:
         self._changes = LightDifferences(first.reflected, after, balls, parts)
         self._same = same_points(first.points, self._points)
 
-    def steps(self) -> Stage:
+    def steps(self, dear: bool) -> Stage:
         first = self._first
         anew = yield from self._stage("Looking for what changed", 0.0, "shadow", self._to_find_anew())
         if len(self._changes.balls) == 0 and np.array_equal(self._same, np.arange(len(first.points))):
             return self._in_scale(replace(first.result, seconds=self._stopwatch.seconds))
-        rows = np.flatnonzero(anew)
+        rows, (of_each, of_all) = np.flatnonzero(anew), first.ray_count
+        if not dear and len(rows) * first.common_rounds * of_each > WORTH * of_all:
+            raise NotUpdatableError(DEAR)
         places = yield from self._stage("Placing the points", 0.05, "place", self._stand(rows))
         records = ChangedRecords(first, self._lit, self._changes)
         yield from self._stage("Tracing photons", 0.1, "trace", records.trace())
@@ -263,7 +262,6 @@ class _Update:
             noise = Irradiance(np.zeros_like(spread.value), spread.standard_error)
             direct, reflected = rays.irradiance, rays.reflected
             found = direct, reflected + noise, direct + reflected
-            self.rays = rays.rays
             if goal is None or rays.done >= first.most_rounds:
                 return found
             # As the first bake did, it works on where light is hard to find.

@@ -7,14 +7,13 @@ from pathlib import Path
 
 import bpy
 
-from ...core.forecast import forecast
-from ..chosen_objects import likely_points
 from ..chosen_views import ViewChoice, chosen_views
 from ..command.bake_file import bake_request, finished_bake
 from ..command.blender_output import blender_silenced
 from ..command.progress import ProgressDisplay
 from ..files.open_files import check_readable, is_compressed, open_blend
 from ..files.write_files import check_writable, save_blend, write_text
+from ..likely import likely_bake, likely_values
 from ..materials.light_in_materials import use_in_materials
 from ..report import to_json
 from ..request import BakeRequest
@@ -64,7 +63,8 @@ def animate_file(source: Path, output: Path, options: dict, frames: Frames, disp
 
 def _foreseen(scene: bpy.types.Scene, layer: bpy.types.ViewLayer, request: BakeRequest, frames: Frames) -> str:
     """A line on how long the bake is likely to take."""
-    likely, count = forecast(likely_points(scene, layer, request.targets), request.settings), len(frames.keys)
+    values, count = likely_values(scene, layer, request), len(frames.keys)
+    likely = likely_bake(scene, layer, request, values)
     return (
         f"About {duration(likely.seconds * count)} for {counted(count, 'frame')}, {duration(likely.seconds)} each; "
         f"error {percent(likely.error)}"

@@ -26,9 +26,6 @@ from .frames import Frames
 from .moving import is_moving
 from .playback import key_name, remove_playback, tidy_playback, write_playback
 
-#: why frames are baked as a whole that could be updates
-_DEAR = "so much is seen of what moves that an update takes as long"
-
 
 def bake_animation(
     scene: bpy.types.Scene,
@@ -85,7 +82,7 @@ def _find_light(
     start: float,
 ) -> Generator[JobProgress, bool | None, BakeReport]:
     """Add the light of all frames to what is ``baked``, or of those before it was stopped; the first one's report."""
-    report, asked, dear, keys = None, request, False, frames.keys
+    report, asked, keys = None, request, frames.keys
     first = None if whole else KeptBake(scene, view_layer, request)
     for number, frame in enumerate(keys):
         begin = time.perf_counter()
@@ -106,9 +103,7 @@ def _find_light(
         report = report or found.report(scene, values, begin)
         baked.take(found, colours, (*gone, *found.doubts(scene, asked)))
         baked.error = np.fmax(baked.error, found.whole.relative_error)
-        baked.whole.update({*first.reasons} if first is not None else [_DEAR] if dear else [])
-        if first is not None and first.dear:
-            first, dear = None, True
+        baked.whole.update({*first.reasons} if first is not None else ())
         if moving_only and asked is request:
             moving = _moving(scene, view_layer, asked)
             baked.still = {key for key in baked.colours if key[0] not in moving}

@@ -11,14 +11,14 @@ from dataclasses import replace
 from ...core.errors import DetpError, InvalidSettingError
 from ...core.memory import keep_memory, memory_errors_named
 from ...core.settings import QUALITIES
-from ..chosen_objects import chosen_objects, likely_points, targets_in
+from ..chosen_objects import chosen_objects, targets_in
 from ..chosen_views import View, ViewChoice, chosen_views, shared_objects
 from ..files.bake_mark import BakeMark, fingerprint, mark_output
 from ..files.open_files import check_readable, is_compressed, open_blend
 from ..files.write_files import check_writable, replace_file, save_blend
 from ..job import bake_scene
+from ..likely import likely_bake, likely_values
 from ..materials.light_in_materials import use_in_materials
-from ..mixing.light_groups import likely_bake
 from ..preview.render_preview import render_preview
 from ..report import BakeReport
 from ..request import BakeRequest
@@ -167,12 +167,13 @@ def _foreseen(job: SceneJob, request: BakeRequest, choice: ViewChoice) -> list[d
     # It will be opened once more, and saved.
     seconds, entries = 2.0 * (time.perf_counter() - begin), []
     for scene, layer in chosen_views(choice):
-        points = likely_points(scene, layer, targets_in(scene, request.targets))
-        likely = likely_bake(scene, layer, request, points)
+        asked = replace(request, targets=targets_in(scene, request.targets))
+        values = likely_values(scene, layer, asked)
+        likely = likely_bake(scene, layer, asked, values)
         entries.append(
             {
                 "scene": str(job.scene), "output": str(job.output), "blender_scene": scene.name,
-                "forecast": {"points": points, "seconds": likely.seconds + seconds, "relative_error": likely.error},
+                "forecast": {"points": values, "seconds": likely.seconds + seconds, "relative_error": likely.error},
             }
         )  # fmt: skip
         seconds = 0.0

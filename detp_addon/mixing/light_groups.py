@@ -9,11 +9,9 @@ from itertools import count
 import bpy
 import numpy as np
 
-from ...core.forecast import Forecast, forecast
 from ...core.scene import Scene
 from ...core.sides import any_side
 from ..reading.read_scene import WORLD, ExportedScene
-from ..request import BakeRequest
 from ..wording import counted
 from ..writing.write_attributes import LONGEST_NAME
 
@@ -77,14 +75,6 @@ def lit_by(export: ExportedScene, group: LightGroup) -> Scene:
         lights=tuple(scene.lights[row] for row in group.lights),
         emission=np.where(own[:, None], scene.emission, 0.0),
     )
-
-
-def likely_bake(scene, view_layer, request: BakeRequest, points: int, factor: float = 1.0) -> Forecast:
-    """What baking so many ``points`` is likely to take, times ``factor``; by light each group is a bake of its own."""
-    likely = forecast(points, request.settings, factor)
-    if not request.by_light or request.settings.seconds is not None:
-        return likely
-    return replace(likely, seconds=likely.seconds * likely_groups(scene, view_layer))
 
 
 def likely_groups(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> int:

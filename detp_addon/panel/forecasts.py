@@ -5,8 +5,7 @@ from __future__ import annotations
 import bpy
 
 from ...core.forecast import Forecast
-from ..chosen_objects import likely_points
-from ..mixing.light_groups import likely_bake
+from ..likely import likely_bake, likely_values
 from ..request import BakeRequest
 
 #: measured over predicted seconds of the last whole bake of a scene, by its file and name
@@ -15,13 +14,13 @@ _factors: dict[tuple[str, str], float] = {}
 
 def forecast_of(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, request: BakeRequest) -> Forecast | None:
     """What baking the scene as ``request`` says is likely to take; None when there is nothing to bake."""
-    points = likely_points(scene, view_layer, request.targets)
-    return likely_bake(scene, view_layer, request, points, _factors.get(_key(scene), 1.0)) if points else None
+    values = likely_values(scene, view_layer, request)
+    return likely_bake(scene, view_layer, request, values, _factors.get(_key(scene), 1.0)) if values else None
 
 
 def remember(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, request: BakeRequest, seconds: float) -> None:
     """Correct the forecasts of this scene by the ``seconds`` that ``request`` took; it must have come to its end."""
-    plain = likely_bake(scene, view_layer, request, likely_points(scene, view_layer, request.targets))
+    plain = likely_bake(scene, view_layer, request, likely_values(scene, view_layer, request))
     if request.settings.seconds is None and plain.seconds > 0:
         _factors[_key(scene)] = seconds / plain.seconds
 

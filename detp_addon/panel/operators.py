@@ -132,7 +132,8 @@ class BakeRunner(Idle):
 
     def _steps(self, context, request, options, live):
         if options["keep"]:
-            self._kept = KeptBake(context.scene, context.view_layer, request, options["keep_on_disk"])
+            given = context.scene, context.view_layer, request, options["keep_on_disk"]
+            self._kept = KeptBake(*given, looks=True)
         return bake_scene(context.scene, context.view_layer, request, live, kept=self._kept)
 
     def _expected(self, context, request, _options) -> float | None:

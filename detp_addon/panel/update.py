@@ -37,7 +37,7 @@ class DETP_OT_update(BakeRunner, bpy.types.Operator):
             return self._kept.request(context.scene)
         options = scene_options(context.scene.detp)
         request = super()._asked(context, options)
-        self._kept = KeptBake(*given, request, options["keep_on_disk"], refused)
+        self._kept = KeptBake(*given, request, options["keep_on_disk"], refused, looks=True)
         return request
 
     def _steps(self, context, request, _options, live):

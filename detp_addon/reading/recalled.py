@@ -24,6 +24,10 @@ class Recollection:
     def __init__(self):
         self._results: dict[bytes, object] = {}
 
+    def forget(self) -> None:
+        """Let all results go."""
+        self._results = {}
+
     @contextmanager
     def used(self) -> Iterator[None]:
         """While this is open, :func:`recalled` knows what it found when this was open before, and only that is kept

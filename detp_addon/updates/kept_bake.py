@@ -10,7 +10,7 @@ from pathlib import Path
 
 import bpy
 
-from ...core.bake import bake
+from ...core.bake import bake, during
 from ...core.cluster.crew import Crew
 from ...core.errors import InvalidSettingError, NotUpdatableError, OutOfMemoryError
 from ...core.fit.vertex_fit import VertexFit
@@ -31,9 +31,6 @@ from .kept_file import KeptParts, new_identity, read_kept
 #: of the memory that is free before a bake, light paths that are kept may take this share
 SHARE = 0.25
 
-#: An update whose points that are found anew cast more than this share of a bake's rays takes about as long as that.
-DEAR = 1 / 3
-
 #: light that is not parted by groups
 ALL = ""
 
@@ -41,8 +38,9 @@ ALL = ""
 class KeptBake:
     """What ``request`` asks for in ``scene`` as ``view_layer`` shows it, baked and kept, and then updated.
 
-    It is to be written beside the .blend if ``on_disk``. ``refused`` says why what was kept for it before is of no use;
-    ``parts`` are what was kept for it before and is.
+    It is to be written beside the .blend if ``on_disk``. If it ``looks`` around for updates at the end of a bake, the
+    first of them need not. ``refused`` says why what was kept for it before is of no use; ``parts`` are what was kept
+    for it before and is.
 
     Attributes: ``places`` on faces; ``recollection`` of what reading the scene has found; ``identity``, another one
     whenever other bakes are kept; ``updated``, whether the last run had no need to bake anything as a whole;
@@ -57,6 +55,7 @@ class KeptBake:
         on_disk: bool = False,
         refused: str = "",
         parts: KeptParts | None = None,
+        looks: bool = False,
     ):
         self._scene, self._view_layer = scene.name, view_layer.name
         self._request, self._whole = request, True
@@ -65,7 +64,7 @@ class KeptBake:
         self.places: KeptPlaces | None = None if parts is None else parts.places
         self._read_places = self.places
         self.recollection = Recollection()
-        self.on_disk, self._refused = on_disk, refused
+        self.on_disk, self._refused, self._looks = on_disk, refused, looks
         self.identity = new_identity()
         self._begin()
 
@@ -96,11 +95,6 @@ class KeptBake:
         """Whether there is something to update."""
         return bool(self._sessions)
 
-    @property
-    def dear(self) -> bool:
-        """Whether the last update was not worth it."""
-        return any(session.effort > DEAR for session in self._sessions.values())
-
     def of(self, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> bool:
         """Whether it is of ``scene`` as ``view_layer`` shows it."""
         return (scene.name, view_layer.name) == (self._scene, self._view_layer)
@@ -108,7 +102,8 @@ class KeptBake:
     def request(self, scene: bpy.types.Scene, whole: bool = True) -> BakeRequest:
         """What is to be baked of ``scene`` as it is now: what was baked, as far as it is still there.
 
-        Without ``whole``, light that cannot be updated is not baked as a whole: NotUpdatableError.
+        Without ``whole``, light that cannot be updated is not baked as a whole: NotUpdatableError. An update is made
+        then even where it takes as long.
         """
         self._whole = whole
         return replace(self._request, targets=targets_in(scene, self._request.targets))
@@ -127,17 +122,22 @@ class KeptBake:
         if export.shown is not None:
             names = [(target.object_name, target.library) for target in export.targets]
             self._read_places = KeptPlaces.of(names, export.shown)
-        triangles = len(export.scene.triangles)
-        try:
-            check_baking(triangles, points)
-        except OutOfMemoryError:
-            if not (self._sessions and self._whole):
-                raise
-            self._sessions.clear()
-            self._updating = False
+        held = [self.recollection.forget]
+        if self._sessions and self._whole:
+            held.append(self._drop)
+        while True:
+            try:
+                return check_baking(len(export.scene.triangles), points)
+            except OutOfMemoryError:
+                if not held:
+                    raise
+            held.pop(0)()
             gc.collect()
-            self._anew("memory ran short, and what was kept is gone")
-            check_baking(triangles, points)
+
+    def _drop(self) -> None:
+        self._sessions.clear()
+        self._updating = False
+        self._anew("memory ran short, and what was kept is gone")
 
     def bake(
         self,
@@ -155,7 +155,7 @@ class KeptBake:
         session = self._sessions.get(group)
         if session is not None:
             try:
-                return (yield from session.update(surfaces, points, fit))
+                return (yield from session.update(surfaces, points, fit, dear=not self._whole))
             except NotUpdatableError as error:
                 if not self._whole:
                     raise
@@ -175,10 +175,12 @@ class KeptBake:
                 return (yield from bake(surfaces, points, settings, fit, crew))
             result = yield from session.bake(fit, crew)
         try:
-            session.check()
+            first = session.kept
         except NotUpdatableError as error:
             self._not_kept(error, group)
         else:
+            if self._looks:
+                yield from during("Looking around for updates", 0.99, first.look())
             # Not before: who cancels a bake can still update the one before it.
             self._sessions[group] = session
             self.identity = new_identity()

@@ -145,7 +145,7 @@ def test_a_dry_run_says_how_long_and_writes_nothing(library, tmp_path, capsys):
     assert main(["bake", str(library / "a.blend"), "--quality", "final", "--dry-run", "--report", str(report)]) == 0
     assert sorted(library.rglob("*")) == before
     (entry,) = json.loads(report.read_text())
-    assert entry["forecast"]["points"] == 60 and entry["forecast"]["relative_error"] == pytest.approx(0.02)
+    assert entry["forecast"]["points"] == 40 and entry["forecast"]["relative_error"] == pytest.approx(0.02)
     assert entry["forecast"]["seconds"] > 0
     assert "1 forecast: about" in capsys.readouterr().out
 

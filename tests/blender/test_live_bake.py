@@ -11,13 +11,14 @@ from detp.core.forecast import forecast
 from detp.core.settings import BakeSettings
 from detp.core.stages import finished
 from detp.detp_addon.job import bake_scene
+from detp.detp_addon.likely import likely_bake, likely_values
 from detp.detp_addon.panel import session
 from detp.detp_addon.panel.forecasts import forecast_of
 from detp.detp_addon.panel.operators import DETP_OT_bake
 from detp.detp_addon.panel.properties import bake_request, scene_options
 from detp.detp_addon.request import BakeRequest
 from detp.detp_addon.writing.live_colours import LiveColours
-from small_scenes import box_on_floor, colours
+from small_scenes import box_on_floor, colours, lamp
 
 SETTINGS = BakeSettings(error=0.1, radius=0.3)
 
@@ -25,6 +26,7 @@ SETTINGS = BakeSettings(error=0.1, radius=0.3)
 @pytest.fixture(autouse=True)
 def _scene():
     box_on_floor()
+    bpy.context.view_layer.update()  # so that it knows all that was put there
 
 
 class Eager(LiveColours):
@@ -167,6 +169,27 @@ def test_forecasts_follow_what_is_asked_for():
     assert forecast(20_000, BakeSettings()).seconds > forecast(10_000, BakeSettings()).seconds
 
 
+def test_what_a_bake_will_show_is_counted_before():
+    scene, layer, box = bpy.context.scene, bpy.context.view_layer, bpy.data.objects["Box"]
+    for smooth, request in ((False, {}), (True, {"targets": ("Box",)}), (False, {"domain": "POINT"})):
+        box.data.polygons.foreach_set("use_smooth", np.full(6, smooth))
+        report = finished(steps(live=False, **request))
+        assert likely_values(scene, layer, BakeRequest(SETTINGS, **request)) == report.points
+
+
+def test_more_values_lamps_and_a_sky_make_a_bake_dearer():
+    scene, layer, request = bpy.context.scene, bpy.context.view_layer, BakeRequest(SETTINGS)
+    scene.world = bpy.data.worlds.new("sky")
+    scene.world.use_nodes = True
+    seconds = [likely_bake(scene, layer, request, values).seconds for values in (10_000, 20_000)]
+    lamp((1, 1, 3))
+    layer.update()
+    seconds.append(likely_bake(scene, layer, request, 20_000).seconds)
+    scene.world.node_tree.nodes.new("ShaderNodeTexSky")
+    seconds.append(likely_bake(scene, layer, request, 20_000).seconds)
+    assert seconds == sorted(set(seconds))
+
+
 @pytest.fixture
 def addon():
     detp_addon.register()
@@ -202,6 +225,7 @@ def test_forecasts_learn_from_the_settings_that_the_bake_had_and_from_no_other_f
     assert taught[1] == pytest.approx(session.latest().outcome.report.seconds["total"])
     assert taught[0] / taught[1] == pytest.approx(untaught[0] / untaught[1])
     box_on_floor()
+    bpy.context.view_layer.update()
     bpy.context.scene.detp.quality = "FINAL"
     assert panel_forecast().seconds == pytest.approx(untaught[0])
 

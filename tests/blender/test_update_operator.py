@@ -4,11 +4,13 @@ whole bake will do."""
 import bpy
 import numpy as np
 import pytest
+from detp.core.errors import OutOfMemoryError
 from detp.detp_addon.job import bake_scene
 from detp.detp_addon.panel import session
 from detp.detp_addon.reading.kept_places import KeptPlaces
 from detp.detp_addon.reading.read_scene import read_scene
 from detp.detp_addon.reading.recalled import Recollection
+from detp.detp_addon.updates import kept_bake
 from detp.detp_addon.updates.latest_kept import kept_of
 from made_scenes import image, material, node
 from scipy import stats
@@ -257,6 +259,7 @@ def test_without_a_kept_bake_the_update_is_one_and_keeps_it(scene):
         (lambda: lamp((1, -1, 2)), "lights have changed"),
         (lambda: move((9.0, 0.0, 0.0)), "left the box"),
         (lambda: turn_to_glass("Box"), "glass"),
+        (lambda: setattr(bpy.data.objects["Floor"], "location", (0.0, 0.0, 0.2)), "take as long as a bake"),
     ],
 )
 def test_what_cannot_be_updated_is_baked_as_a_whole_and_that_is_said(change, why):
@@ -267,6 +270,24 @@ def test_what_cannot_be_updated_is_baked_as_a_whole_and_that_is_said(change, why
     assert why in report.warnings[0] and report.warnings[0].endswith(".")
     # Unless it never can be, the new bake is updated from now on.
     assert (kept() is not None) == (why != "glass")
+
+
+def test_where_memory_runs_short_what_is_recalled_goes_first_and_then_the_kept_bake(monkeypatch):
+    bake()
+    short = [True]
+
+    def check(*_sizes):
+        if short:
+            raise OutOfMemoryError(f"short {short.pop()}")
+
+    monkeypatch.setattr(kept_bake, "check_baking", check)
+    assert update().updated and not short
+    short += [True, True]
+    report = update()
+    assert not report.updated and "memory ran short" in report.warnings[0] and not short
+    short += [True, True, True]
+    with pytest.raises(RuntimeError, match="short"):
+        bpy.ops.detp.update()
 
 
 def test_bakes_that_no_update_suits_say_so():

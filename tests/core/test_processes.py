@@ -143,7 +143,7 @@ def test_a_bake_that_is_kept_for_updates_has_the_same_light_and_paths_by_process
     painted = lit_room[0].albedo.copy()
     painted[:2] = 0.2
     changed = replace(lit_room[0], albedo=painted), lit_room[1]
-    assert same(finished(by_crew.update(*changed)), finished(alone.update(*changed)))
+    assert same(finished(by_crew.update(*changed, dear=True)), finished(alone.update(*changed, dear=True)))
 
 
 @pytest.mark.parametrize(

@@ -14,14 +14,14 @@ from ..estimator.visible_area import SPARSE, VisibleDiscs, placing
 from ..photons.photon_light import PhotonSearch
 from ..settings import BakeSettings
 from ..stages import collected
-from .records import WIDTH, Records
+from .records import LOOKOUTS, WIDTH, Records
 from .reflected_light import ReflectedLight
 
 if TYPE_CHECKING:
     from ..cluster.crew import Crew
 
-#: Rounds of shadow rays from each record at first, and at most: their noise is averaged by the points that look there.
-RECORD_ROUNDS, MOST_RECORD_ROUNDS = 4, 64
+#: Rounds of shadow rays from each lookout at first, and at most: their noise is averaged by the points that look there.
+LOOKOUT_ROUNDS, MOST_LOOKOUT_ROUNDS = 1, 16
 
 
 class RecordLight:
@@ -48,8 +48,8 @@ class RecordLight:
         self.common_error = 0.0
         self.shadow_rays = None
         if lit.lights and len(records) and not by_photons:
-            held = records.held
-            self.shadow_rays = DirectLight(lit, held.stands, held.normals, settings, crew=crew)
+            lookouts = records.lookouts
+            self.shadow_rays = DirectLight(lit, lookouts.stands, lookouts.normals, settings, crew=crew)
         if crew is not None:
             crew.know_records(records.finder)
 
@@ -67,13 +67,11 @@ class RecordLight:
         return self.records.held.stands, self.records.held.normals
 
     def look_at_lights(self, times: float = 1.0) -> Iterator[None]:
-        """Cast shadow rays from the records, step by step: the first rounds, then as many ``times`` those before."""
+        """Cast shadow rays from the lookouts, step by step: the first rounds, then as many ``times`` those before."""
         if self.shadow_rays is None or (self.shadow_rays.done and self.shadow_rays.exact):
             return
         done = self.shadow_rays.done
-        rounds = 1 if self.shadow_rays.exact else RECORD_ROUNDS
-        if done:
-            rounds = min(int(np.ceil(times * done)), MOST_RECORD_ROUNDS - done)
+        rounds = min(int(np.ceil(times * done)), MOST_LOOKOUT_ROUNDS - done) if done else LOOKOUT_ROUNDS
         for _ in self.shadow_rays.rounds(done, done + rounds):
             yield
 
@@ -103,7 +101,7 @@ class RecordLight:
         photons differ by in three ways, (2 C, 6) W/m^2."""
         found = {kind: np.zeros((2 * len(self.records), 6)) for kind in ("direct", "indirect")}
         if self.shadow_rays is not None:
-            found["direct"][:, :3] = self.shadow_rays.irradiance.value
+            found["direct"][:, :3] = of_records(self.shadow_rays.irradiance.value)
         cells = len(self.records)
         for search in self.searches:
             rows = slice(search.half * cells, (search.half + 1) * cells)
@@ -120,3 +118,8 @@ class RecordLight:
         whole = max(float(sum(np.abs(light[:, :3]).sum() for light in found.values())), 1e-300)
         errors = (s.estimate.common_error * np.abs(s.estimate.irradiance.value).sum() / whole for s in self.searches)
         self.common_error = float(np.sqrt(sum(error**2 for error in errors)))
+
+
+def of_records(light: np.ndarray) -> np.ndarray:
+    """Means (2 C, 3) over the lookouts of each record, of ``light`` at all lookouts, in their order."""
+    return light.reshape(-1, LOOKOUTS, light.shape[1]).mean(axis=1)

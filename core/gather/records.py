@@ -56,6 +56,9 @@ STAND_OFF, GRAZING = 8, 0.1
 #: Of fewer landings than this nobody knows whether a wall runs through their cell.
 LEAST_LANDINGS = 4
 
+#: Landings of each record's half of a cell from where it looks for lights: an edge of light may run through the cell.
+LOOKOUTS = 4
+
 #: Landings of a cell that do not see its records may do so from this share of the cell's side higher: over a bump.
 HIGHER = 0.15
 
@@ -181,10 +184,11 @@ class Records:
     finds records whose cells these share.
 
     Attributes
-    held    Landings of the 2 C records; those of the second half follow those of the first
-    sides   (C,) metres of the cells
-    radii   (2 C,) metres, of their discs
-    finder  finds the cells
+    held      Landings of the 2 C records; those of the second half follow those of the first
+    lookouts  Landings of as many places of each record, LOOKOUTS of the first one's and so on
+    sides     (C,) metres of the cells
+    radii     (2 C,) metres, of their discs
+    finder    finds the cells
     """
 
     def __init__(
@@ -206,10 +210,13 @@ class Records:
         landings = landings.taken(np.flatnonzero(landings.lengths > 0.5 * NEAR * finest))
         order = random_stream(seed, "records").permutation(len(landings.lengths))
         landings = landings.taken(order)
-        cells, first, cell = np.unique(_numbers(numbered, landings), return_index=True, return_inverse=True)
-        last = np.empty(len(cells), np.int64)
-        last[cell] = np.arange(len(cell))
-        self.held = landings.taken(np.concatenate([first, last]))
+        cells, cell, count = np.unique(_numbers(numbered, landings), return_inverse=True, return_counts=True)
+        by_cell, last = np.argsort(cell, kind="stable"), np.cumsum(count) - 1
+        # From either end of a cell's landings, so that its two records share none where there are enough of them.
+        steps = np.arange(LOOKOUTS) % np.maximum(count // 2, 1)[:, None]
+        lookouts = np.concatenate([(last - count + 1)[:, None] + steps, last[:, None] - steps])
+        self.lookouts = landings.taken(by_cell[lookouts.ravel()])
+        self.held = self.lookouts.taken(slice(None, None, LOOKOUTS))
         self.sides = numbered.sides(numbered.levels_of(cells))
         self.radii = np.tile(WIDTH * finest * (self.sides / finest) ** GROWTH, 2)
         cut = _cut(caster, landings, self.held, cell, self.sides)

@@ -10,8 +10,8 @@ from ..direct.lit_scene import LitScene
 from ..estimator.crossing_sums import BatchSums, CrossingSums
 from ..estimator.estimate import IrradianceEstimate
 from ..estimator.standpoints import Standpoints
-from ..gather.record_light import RecordLight
-from ..gather.records import Landings, RecordFinder, Records, scouted
+from ..gather.record_light import RecordLight, of_records
+from ..gather.records import LOOKOUTS, Landings, RecordFinder, Records, scouted
 from ..gather.reflected_light import ReflectedLight
 from ..gatherers.choose import make_gatherer
 from ..group_sums import group_sums
@@ -25,9 +25,9 @@ from .changed_places import Sight
 from .first_bake import FirstBake
 from .light_differences import POINTS_PER_CHUNK, LightDifferences, WantedPlaces
 
-#: Rays that look for where records are needed around what changed, and from each record to the lights: at first, and
+#: Rays that look for where records are needed around what changed, and from each lookout to the lights: at first, and
 #: where one of these meets what changed.
-SCOUTS, FIRST_RAYS, MORE_RAYS = 1 << 16, 1, 32
+SCOUTS, FIRST_RAYS, MORE_RAYS = 1 << 16, 1, 32 // LOOKOUTS
 
 
 class ChangedRecords:
@@ -153,12 +153,12 @@ class ChangedRecords:
     def _more_from_lights(self, seed: int) -> Generator[None, None, np.ndarray]:
         """How much more (2 C, 3) W/m^2 comes straight from the lights to the records of the first bake."""
         first, changes = self._first.records, self._changes
-        held = first.held
-        more = np.zeros((len(held.places), 3))
+        lookouts = first.lookouts
+        more = np.zeros((len(lookouts.places), 3))
         if first.lamps is None or len(changes.balls) == 0:
-            return more
+            return of_records(more)
         lamps = first.lamps.among(self._first.lit.lights)
-        places = WantedPlaces(held.stands, held.normals, held.normals, first.lamps.group)
+        places = WantedPlaces(lookouts.stands, lookouts.normals, lookouts.normals, first.lamps.group)
 
         def found(task: tuple[int, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
             count, rows = task
@@ -183,7 +183,7 @@ class ChangedRecords:
             for part, (_, sums) in zip(blocks, ordered_map(found, [(count, b) for b in blocks]), strict=True):
                 more[part] = sums
                 yield
-        return more
+        return of_records(more)
 
 
 class PatchedRecords:

@@ -76,14 +76,15 @@ class LearntLamps:
 class FirstRecords:
     """The C cells of a bake, and the light at their 2 C records.
 
-    held, sides, radii, finder   as in :class:`.Records`
+    held, lookouts, sides, radii, finder   as in :class:`.Records`
     searches          of each kind of photons and half of the records
     direct, indirect  (2 C, 6) W/m^2, as :attr:`.RecordLight.found`
     common_error      as in :class:`.RecordLight`
-    lamps             as groups of records know them; None where there are no lights at all
+    lamps             as groups of lookouts know them; None where there are no lights at all
     """
 
     held: Landings
+    lookouts: Landings
     sides: np.ndarray
     radii: np.ndarray
     finder: RecordFinder
@@ -130,8 +131,8 @@ class FirstBake:
         seen = light.shadow_rays
         lamps = None if seen is None else LearntLamps.of(seen.nearby_lamps, seen.group, work.lit.lights)
         kept = FirstRecords(
-            records.held, records.sides, records.radii, records.finder, tuple(light.searches), *light.found.values(),
-            light.common_error, lamps,
+            records.held, records.lookouts, records.sides, records.radii, records.finder, tuple(light.searches),
+            *light.found.values(), light.common_error, lamps,
         )  # fmt: skip
         found = cls(
             scene, points, settings, work.places, LearntLamps.of(rays.nearby_lamps, rays.group, work.lit.lights), kept,

@@ -8,10 +8,12 @@ from detp.core.direct.surrounding_light import CONTRASTS, in_part
 from detp.core.gather.cells import Cells
 from detp.core.gather.records import NEAR, Landings, RecordFinder, Records
 from detp.core.gather.reflected_light import MOST_FOLLOWED, ReflectedLight, by_cells
+from detp.core.lights.area import AreaLight
 from detp.core.lights.point import PointLight
 from detp.core.points import Points, facings
 from detp.core.rays import RayCaster
 from detp.core.sampling import cosine_hemisphere
+from detp.core.scene import Scene
 from detp.core.settings import BakeSettings
 from rooms import box_quads, face_points, scene_of
 
@@ -119,6 +121,28 @@ def test_a_floor_seen_from_two_metres_is_not_lit_as_a_few_patches():
         baked(scene, points, BakeSettings("final", bounces=1, seed=seed)).indirect.value[:, 0] for seed in range(4)
     ]
     assert np.mean(found, axis=1) / expected.mean() == pytest.approx(np.ones(4), abs=0.03)
+
+
+def test_a_wall_in_the_light_of_a_sharp_patch_does_not_depend_on_where_records_fall():
+    """Its records lie inside or outside of the patch, of which they tell as one."""
+    centre, size, over_floor = np.array((0.13, 0.2, 3.0)), 0.7, np.array((0.8,) * 3)
+    floor = np.array([(-2, -2, 0), (2, -2, 0), (2, 2, 0), (-2, 2, 0)], float)
+    wall = np.stack([floor[:, 0], np.full(4, 2.0), floor[:, 1] + 2.0], axis=1)
+    lamp = AreaLight(centre, (size, 0, 0), (0, size, 0), (49.0, 49.0, 49.0), spread=0.0)
+    quads = np.concatenate([floor, wall]), [(0, 1, 2), (0, 2, 3), (4, 5, 6), (4, 6, 7)]
+    scene = Scene(*quads, albedo=np.tile(over_floor, (4, 1)), lights=[lamp])
+    across, up = (part.ravel() for part in np.meshgrid(np.linspace(-1.5, 1.5, 8), np.linspace(0.3, 3.5, 8)))
+    points = np.stack([across, np.full(64, 2.0), up], axis=1)
+    patch = [part.ravel() for part in np.meshgrid(*[size * ((np.arange(60) + 0.5) / 60 - 0.5)] * 2)]
+    ways = np.stack([centre[0] + patch[0], centre[1] + patch[1], np.zeros(3600)], axis=1) - points[:, None]
+    # 100 W/m^2 on the patch: the sum of cos cos E albedo dA / (pi r^2).
+    squared = (ways**2).sum(axis=2)
+    expected = (100.0 * 0.8 * size**2) * (-ways[..., 1] * -ways[..., 2] / (np.pi * squared**2)).mean(axis=1)
+    off = []
+    for seed in range(8):
+        found = baked(scene, Points(points, np.tile((0, -1.0, 0), (64, 1))), BakeSettings(bounces=1, seed=seed))
+        off.append(np.median(np.abs(found.irradiance[:, 0] / expected - 1.0)))
+    assert np.mean(off) < 0.2  # 0.30 where each record looks from its own place alone
 
 
 def test_contrasts_are_what_eight_parts_of_the_photons_differ_by():

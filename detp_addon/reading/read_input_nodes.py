@@ -26,8 +26,7 @@ def _set_value(values: Values, node, output, groups):
 def _image(values: Values, node, output, groups):
     linked = values.linked(node, "Vector", groups)
     coordinates = values.input(node, "Vector", groups) if linked else values.places.given("uv")
-    colour, alpha = values.places.image(node, mapped(node, coordinates))
-    return alpha if output.identifier == "Alpha" else colour
+    return values.places.image(node, mapped(node, coordinates), output.identifier == "Alpha")
 
 
 def mapped(node, coordinates: np.ndarray) -> np.ndarray:

@@ -280,6 +280,20 @@ def test_clear_texels_are_black_where_the_alpha_is_not_used():
     assert np.allclose(surface_of(textured(picture), obj)[0], (0, 0.5, 0), atol=0.01)
 
 
+def test_an_alpha_that_leads_nowhere_is_not_used():
+    """Cycles drops the nodes that feed no output before it asks whether the alpha is used."""
+    picture = image(halves((0, 1, 0, 1), (1, 0, 1, 0)))
+
+    def build(tree):
+        made = node(tree, "ShaderNodeTexImage", {"image": picture})
+        node(tree, "ShaderNodeInvert", Color=made.outputs["Alpha"])
+        return node(tree, "ShaderNodeBsdfDiffuse", Color=colour(made))
+
+    obj = quad()
+    map_to_unit_square(obj)
+    assert np.allclose(surface_of(build, obj)[0], (0, 0.5, 0), atol=0.01)
+
+
 def test_images_drive_emission():
     picture = image(halves((8, 0, 0, 1), (0, 4, 0, 1)), colour_space="Non-Color", is_float=True)
 

@@ -195,17 +195,16 @@ class Patches:
 
     def image(self, node, coordinates: np.ndarray, alpha: bool) -> np.ndarray:
         """Colour (16 T, 3), or ``alpha`` (16 T, 1), on each patch."""
-        blend = node.interpolation != "Closest"
-        texture = self._images.texture(node.image, node.as_pointer() in self._alphas, blend)
+        texture = self._images.texture(node.image, node.as_pointer() in self._alphas, node.interpolation)
         if node.projection != "FLAT":
             self.unknown(f"image projection ({node.projection.lower()}), taken as the image's mean")
             coordinates = np.full_like(coordinates, np.nan)
         centres, edges = coordinates[:, :2], _patch_edges(coordinates)
         if self._draw is None:
-            given = centres, edges, node.extension, blend
+            given = centres, edges, node.extension, node.interpolation
             rgba = recalled(lambda: texture.patches(*given), "patches", texture, *given)
         else:
-            rgba = texture.looked_at(_drawn(centres, edges, self._draw), node.extension, blend)
+            rgba = texture.looked_at(_drawn(centres, edges, self._draw), node.extension, node.interpolation)
         colour, share = rgba[:, :3].copy(), rgba[:, 3:].copy()
         if alpha:
             return share

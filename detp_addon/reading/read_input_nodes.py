@@ -7,7 +7,7 @@ import numpy as np
 from ...core.photons.specular import fresnel
 from .arithmetic import unit
 from .blackbody import blackbody
-from .read_node_graph import find_input
+from .read_node_graph import chosen_item, find_input
 from .read_values import UNKNOWN, Values, constant
 from .working_space import from_rec709
 
@@ -21,6 +21,17 @@ _AXES = {"NONE": np.zeros(3), **dict(zip("XYZ", np.eye(3), strict=True))}
 
 def _set_value(values: Values, node, output, groups):
     return constant(node.outputs[0])
+
+
+def _own_value(name: str):
+    return lambda values, node, output, groups: np.array(getattr(node, name), float).reshape(1, -1)
+
+
+def _menu_switch(values: Values, node, output, groups):
+    item = chosen_item(node, groups)
+    if item is None:
+        return None
+    return values.input(node, item, groups) if output == node.outputs[0] else np.full((1, 1), output.identifier == item)
 
 
 def _image(values: Values, node, output, groups):
@@ -234,6 +245,10 @@ def _occlusion(values: Values, node, output, groups):
 INPUT_RULES = {
     "ShaderNodeRGB": _set_value,
     "ShaderNodeValue": _set_value,
+    "FunctionNodeInputBool": _own_value("boolean"),
+    "FunctionNodeInputInt": _own_value("integer"),
+    "FunctionNodeInputVector": _own_value("vector"),
+    "GeometryNodeMenuSwitch": _menu_switch,
     "ShaderNodeTexImage": _image,
     "ShaderNodeUVMap": _uv_map,
     "ShaderNodeTexCoord": _texture_coordinate,

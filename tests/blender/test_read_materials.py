@@ -495,6 +495,34 @@ def test_light_paths_are_those_of_diffuse_light():
     assert np.allclose(albedo, 0.5) and np.allclose(through, 0)
 
 
+@pytest.mark.skipif(bpy.app.version < (5, 2), reason="shaders have no menus before")
+@pytest.mark.parametrize("kind", ["RGBA", "SHADER"])
+def test_menus_choose_what_they_show(kind):
+    def build(tree):
+        red, green = (node(tree, "ShaderNodeEmission", Color=(*rgb, 1)).outputs[0] for rgb in np.eye(3)[:2])
+        switch = node(tree, "GeometryNodeMenuSwitch", {"data_type": kind})
+        for socket, shader, rgb in zip(switch.inputs[1:3], (red, green), np.eye(3), strict=False):
+            if kind == "SHADER":
+                tree.links.new(shader, socket)
+            else:
+                socket.default_value = (*rgb, 1)
+        switch.inputs[0].default_value = "B"
+        return switch.outputs[0]
+
+    _, emission, _, result = surface_of(build, quad())
+    assert np.allclose(emission, (0, 1, 0)) and result.warnings == ()
+
+
+def test_parts_of_properties_are_none_as_in_cycles():
+    def build(tree):
+        asked = {"attribute_type": "OBJECT", "attribute_name": "color[0]"}
+        return node(tree, "ShaderNodeEmission", Color=node(tree, "ShaderNodeAttribute", asked).outputs["Color"])
+
+    obj = quad()
+    obj.color = (1, 1, 1, 1)
+    assert np.allclose(surface_of(build, obj)[1], 0)
+
+
 def test_one_sentence_names_many_materials():
     for index in range(5):
         obj = quad(location=(index, 0, 0))

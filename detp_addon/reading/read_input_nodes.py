@@ -84,13 +84,14 @@ def _mapping(values: Values, node, output, groups):
 def _moved(kind: str, vector, location, rotation, scale) -> np.ndarray:
     """``vector`` (m, 3) moved, turned and scaled as Blender's mapping of that ``kind`` says."""
     location, scale, turn = np.array(location), np.array(scale), _rotation_matrix(*rotation)
+    shrunk = np.where(scale == 0.0, 0.0, 1.0 / np.where(scale == 0.0, 1.0, scale))
     if kind == "POINT":
         return (vector * scale) @ turn.T + location
     if kind == "TEXTURE":
-        return ((vector - location) @ turn) / np.where(scale == 0.0, 1.0, scale)
+        return ((vector - location) @ turn) * shrunk
     if kind == "VECTOR":
         return (vector * scale) @ turn.T
-    return unit(np.where(scale == 0.0, 0.0, vector / np.where(scale == 0.0, 1.0, scale)) @ turn.T)
+    return unit((vector * shrunk) @ turn.T)
 
 
 def _rotation_matrix(x: float, y: float, z: float) -> np.ndarray:

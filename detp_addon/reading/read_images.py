@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-
 import bpy
 import numpy as np
 
@@ -98,29 +95,14 @@ def _plain(rgba: np.ndarray) -> TexturePyramid:
 
 def pixels_of(image) -> np.ndarray | None:
     """The image's values as stored (H, W, 1 to 4), row 0 at the bottom; None when the file is missing."""
-    with _loaded_as_rendered(image):
-        width, height = image.size
-        channels = image.channels
-        count = len(image.pixels) if width and height else 0
-        if count == 0 or count != width * height * channels:
-            return None
-        values = np.empty(count, np.float32)
-        image.pixels.foreach_get(values)
-        return values.reshape(height, width, channels)
-
-
-@contextmanager
-def _loaded_as_rendered(image) -> Iterator[None]:
-    """The image with the alpha mode of its file's format, where Cycles goes by that."""
-    mode, usual = image.alpha_mode, "PREMUL" if image.file_format in _LIGHT_FORMATS else "STRAIGHT"
-    other = not _BY_MODE and not _held(image) and {mode, usual} == {"PREMUL", "STRAIGHT"}
-    if other:
-        image.alpha_mode = usual
-    try:
-        yield
-    finally:
-        if other:
-            image.alpha_mode = mode
+    width, height = image.size
+    channels = image.channels
+    count = len(image.pixels) if width and height else 0
+    if count == 0 or count != width * height * channels:
+        return None
+    values = np.empty(count, np.float32)
+    image.pixels.foreach_get(values)
+    return values.reshape(height, width, channels)
 
 
 def _held(image) -> bool:
@@ -145,16 +127,8 @@ def _linear(image, pixels: np.ndarray, with_alpha: bool, interpolation: str) -> 
     space = image.colorspace_settings.name
     veiled = has_alpha and veils(image)
     linear, shown = image.is_float or space.startswith(_LINEAR_SPACES), None
-    # Blender hands out float images as linear, associated colours and byte images as they are stored. What it holds
-    # itself Cycles takes by the alpha mode since 5.2, whatever was done to it.
-    held = _held(image)
-    associated = image.alpha_mode == "PREMUL" if _BY_MODE and held else image.is_float
-    if associated and veiled and (with_alpha or _whole_numbers(image)):
-        rgb = np.divide(rgb, alpha, out=rgb.copy(), where=alpha > 0)
-        if not with_alpha:
-            rgb = srgb_to_linear(linear_to_srgb(rgb) * alpha)
-    elif veiled and not with_alpha and not associated:
-        rgb = rgb * alpha
+    if veiled:
+        rgb = _under_alpha(image, rgb, alpha, with_alpha)
     if not linear:
         shares = alpha if veiled and with_alpha else np.ones((1, 1, 1), np.float32)
         shown = _blended(rgb, shares, interpolation) if interpolation != "Closest" else None
@@ -166,10 +140,32 @@ def _linear(image, pixels: np.ndarray, with_alpha: bool, interpolation: str) -> 
     return TexturePyramid.of(rgba, veiled and with_alpha, shown)
 
 
-def _whole_numbers(image) -> bool:
-    """Whether Cycles reads from the image's file numbers of 16 bits, encoded, which Blender hands out as linear."""
-    encoded = not image.colorspace_settings.name.startswith(_LINEAR_SPACES)
-    return encoded and image.is_float and not _held(image) and image.file_format not in _LIGHT_FORMATS
+def _under_alpha(image, rgb: np.ndarray, alpha: np.ndarray, with_alpha: bool) -> np.ndarray:
+    """The image's ``rgb`` without the ``alpha`` in them where that is used too, with it otherwise.
+
+    Blender hands out float images as linear, associated colours and byte images as they are stored.
+    """
+    held, encoded = _held(image), not image.colorspace_settings.name.startswith(_LINEAR_SPACES)
+    usual = "PREMUL" if image.file_format in _LIGHT_FORMATS else "STRAIGHT"
+    # Then Blender multiplied with the alpha, or divided by it, and Cycles did not.
+    unlike_file = not _BY_MODE and not held and {image.alpha_mode, usual} == {"PREMUL", "STRAIGHT"}
+    if image.is_float and encoded and not held and usual == "STRAIGHT":
+        # Numbers of 16 bits, encoded, which Blender hands out as linear.
+        rgb = _divided(rgb, alpha)
+        for _ in range(unlike_file + (not with_alpha)):
+            rgb = srgb_to_linear(linear_to_srgb(rgb) * alpha)
+        return rgb
+    if unlike_file:
+        rgb = _divided(rgb, alpha) if usual == "PREMUL" else rgb * alpha
+    # What Blender holds itself Cycles takes by the alpha mode since 5.2, whatever was done to it.
+    associated = image.alpha_mode == "PREMUL" if _BY_MODE and held else image.is_float
+    if associated == with_alpha:
+        rgb = _divided(rgb, alpha) if with_alpha else rgb * alpha
+    return rgb
+
+
+def _divided(rgb: np.ndarray, alpha: np.ndarray) -> np.ndarray:
+    return np.divide(rgb, alpha, out=rgb.copy(), where=alpha > 0)
 
 
 def _decoded(rgb: np.ndarray) -> np.ndarray:

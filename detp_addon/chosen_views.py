@@ -33,7 +33,7 @@ class ViewChoice:
 def chosen_views(choice: ViewChoice) -> list[View]:
     """The scenes to bake, each with the view layer to bake it as. Raises SceneNotFoundError."""
     if choice.every:
-        scenes = [scene for scene in bpy.data.scenes if scene.library is None and _has_meshes(scene.objects)]
+        scenes = [scene for scene in bpy.data.scenes if scene.library is None and _has_meshes(_objects(scene))]
     elif choice.scene is not None:
         scenes = [_named("scene", choice.scene, bpy.data.scenes, "the file")]
     else:
@@ -56,11 +56,15 @@ def _named(kind: str, name: str, found, where: str):
 
 
 def not_baked(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, scenes_too: Iterable = ()) -> list[str]:
-    """A sentence on what else the file would render, when a view is baked; none on ``scenes_too``, baked as well."""
+    """A sentence on what else the file would render, when a view is baked; none on ``scenes_too``, baked as well.
+
+    Nor on background sets of the scene, which are in the view.
+    """
+    known = {*_shown(scene), *scenes_too}
     scenes = [
         other.name
         for other in bpy.data.scenes
-        if other != scene and other not in set(scenes_too) and other.library is None and _has_meshes(other.objects)
+        if other not in known and other.library is None and _has_meshes(other.objects)
     ]
     layers = [
         layer.name for layer in scene.view_layers if layer != view_layer and layer.use and _has_meshes(layer.objects)
@@ -74,9 +78,22 @@ def not_baked(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, scenes_to
 
 def shared_objects(scenes: list[bpy.types.Scene]) -> list[str]:
     """A sentence on the meshes that are in several of the ``scenes`` baked one after the other."""
-    uses = Counter(obj for scene in scenes for obj in scene.objects if obj.type == "MESH" and not obj.hide_render)
+    uses = Counter(obj for scene in scenes for obj in _objects(scene) if obj.type == "MESH" and not obj.hide_render)
     names = [obj.name for obj, count in uses.items() if count > 1]
     return [f"Of {_listed('object', names)} each has the light of the last scene that it is in."] if names else []
+
+
+def _shown(scene: bpy.types.Scene) -> list[bpy.types.Scene]:
+    """The scene and its background sets."""
+    shown = []
+    while scene is not None and scene not in shown:
+        shown.append(scene)
+        scene = scene.background_set
+    return shown
+
+
+def _objects(scene: bpy.types.Scene) -> set[bpy.types.Object]:
+    return {obj for each in _shown(scene) for obj in each.objects}
 
 
 def _listed(kind: str, names: list[str]) -> str:

@@ -147,7 +147,9 @@ def _inside(scene, view_layer, lower: np.ndarray, size: np.ndarray, shells: set[
         apart = hit and 1e-6 < (at - Vector(place)).length / np.linalg.norm(size) < 1
         return bool(apart and (normal.dot(Vector(direction)) < 0 or obj.name in shells))
 
-    shares = np.stack(np.meshgrid(*3 * [(0.3, 0.5, 0.7)], indexing="ij"), axis=-1).reshape(-1, 3)
+    # Rooms need not fill their box: the middle of one with a wing may lie outside.
+    along, up = (0.1, 0.3, 0.5, 0.7, 0.9), (0.3, 0.5, 0.7)
+    shares = np.stack(np.meshgrid(along, along, up, indexing="ij"), axis=-1).reshape(-1, 3)
     closed = [
         place
         for place in lower + size * shares

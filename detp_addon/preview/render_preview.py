@@ -40,7 +40,8 @@ def render_preview(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, attr
     gain = exposure_gain(scene, attribute)
     baked = _baked_objects(scene, attribute) or [obj for obj in scene.objects if obj.type == "MESH"]
     look = _look(attribute, gain, LIFT * float(np.median([obj.dimensions.length for obj in baked] or [0.0])))
-    with temporary_scene(scene.copy()) as copy, look as (material, world), _unbaked_marked(attribute):
+    marked, sharp = _unbaked_marked(attribute), _sharp(scene.camera)
+    with temporary_scene(scene.copy()) as copy, look as (material, world), marked, sharp:
         if scene.camera is None:
             frame(copy.camera, baked, scene, view_layer, WIDTH / HEIGHT)
         size = (WIDTH, HEIGHT) if scene.camera is None else _size_for(scene.render)
@@ -163,6 +164,20 @@ def _emptied(block) -> bpy.types.Nodes:
         block.use_nodes = True
     block.node_tree.nodes.clear()
     return block.node_tree.nodes
+
+
+@contextmanager
+def _sharp(camera: bpy.types.Object | None) -> Iterator[None]:
+    """The ``camera``, if it is one, without depth of field."""
+    lens = getattr(camera.data, "dof", None) if camera is not None else None
+    before = lens is not None and lens.use_dof
+    try:
+        if before:
+            lens.use_dof = False
+        yield
+    finally:
+        if before:
+            lens.use_dof = True
 
 
 @contextmanager

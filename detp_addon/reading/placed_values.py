@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -31,6 +32,9 @@ BASES = {
 
 #: what fills the numbers of an instance that it has no level for
 _NO_LEVEL = 2**31 - 1
+
+#: how paths to one number of several end, which Cycles does not follow
+_PART = re.compile(r"(\[\d+\]|\.[xyzwrgb])$")
 
 
 class InstanceAttributes:
@@ -161,6 +165,8 @@ def property_of(owners: Sequence, name: str) -> np.ndarray | None:
 
 
 def _looked_up(owner, name: str) -> np.ndarray | None:
+    if _PART.search(name):
+        return None
     value = owner.get(name)
     if value is None:
         try:
@@ -170,6 +176,8 @@ def _looked_up(owner, name: str) -> np.ndarray | None:
     try:
         numbers = np.atleast_1d(np.array(value, np.float64)).ravel()
     except (TypeError, ValueError):
+        return None
+    if not 1 <= len(numbers) <= 4:
         return None
     if len(numbers) == 1:
         return np.array([*np.repeat(numbers, 3), 1.0])

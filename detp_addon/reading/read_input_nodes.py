@@ -7,7 +7,7 @@ import numpy as np
 from ...core.photons.specular import fresnel
 from .arithmetic import unit
 from .blackbody import blackbody
-from .read_node_graph import find_input
+from .read_node_graph import chosen_item, find_input
 from .read_values import UNKNOWN, Values, constant
 from .working_space import from_rec709
 
@@ -23,11 +23,21 @@ def _set_value(values: Values, node, output, groups):
     return constant(node.outputs[0])
 
 
+def _own_value(name: str):
+    return lambda values, node, output, groups: np.array(getattr(node, name), float).reshape(1, -1)
+
+
+def _menu_switch(values: Values, node, output, groups):
+    item = chosen_item(node, groups)
+    if item is None:
+        return None
+    return values.input(node, item, groups) if output == node.outputs[0] else np.full((1, 1), output.identifier == item)
+
+
 def _image(values: Values, node, output, groups):
     linked = values.linked(node, "Vector", groups)
     coordinates = values.input(node, "Vector", groups) if linked else values.places.given("uv")
-    colour, alpha = values.places.image(node, mapped(node, coordinates))
-    return alpha if output.identifier == "Alpha" else colour
+    return values.places.image(node, mapped(node, coordinates), output.identifier == "Alpha")
 
 
 def mapped(node, coordinates: np.ndarray) -> np.ndarray:
@@ -74,13 +84,14 @@ def _mapping(values: Values, node, output, groups):
 def _moved(kind: str, vector, location, rotation, scale) -> np.ndarray:
     """``vector`` (m, 3) moved, turned and scaled as Blender's mapping of that ``kind`` says."""
     location, scale, turn = np.array(location), np.array(scale), _rotation_matrix(*rotation)
+    shrunk = np.where(scale == 0.0, 0.0, 1.0 / np.where(scale == 0.0, 1.0, scale))
     if kind == "POINT":
         return (vector * scale) @ turn.T + location
     if kind == "TEXTURE":
-        return ((vector - location) @ turn) / np.where(scale == 0.0, 1.0, scale)
+        return ((vector - location) @ turn) * shrunk
     if kind == "VECTOR":
         return (vector * scale) @ turn.T
-    return unit(np.where(scale == 0.0, 0.0, vector / np.where(scale == 0.0, 1.0, scale)) @ turn.T)
+    return unit((vector * shrunk) @ turn.T)
 
 
 def _rotation_matrix(x: float, y: float, z: float) -> np.ndarray:
@@ -235,6 +246,10 @@ def _occlusion(values: Values, node, output, groups):
 INPUT_RULES = {
     "ShaderNodeRGB": _set_value,
     "ShaderNodeValue": _set_value,
+    "FunctionNodeInputBool": _own_value("boolean"),
+    "FunctionNodeInputInt": _own_value("integer"),
+    "FunctionNodeInputVector": _own_value("vector"),
+    "GeometryNodeMenuSwitch": _menu_switch,
     "ShaderNodeTexImage": _image,
     "ShaderNodeUVMap": _uv_map,
     "ShaderNodeTexCoord": _texture_coordinate,

@@ -58,6 +58,7 @@ class RenderedObjects:
     placements  where they stand
     targets     the objects to bake; editing: the names of those that would be, were they not open in Edit Mode
     scattered   the names of those that show instances which geometry nodes make, and may have no faces of their own
+    faceless    the names of those whose faces modifiers make, of edges alone
     lights      lamps, and lamps: (object, light group) of each by name, "" for no group
     radiance    (3,) of a world of one colour, None when ``world`` must be looked at
     """
@@ -69,6 +70,7 @@ class RenderedObjects:
     targets: list[TargetPoints] = field(default_factory=list)
     editing: list[str] = field(default_factory=list)
     scattered: dict[str, None] = field(default_factory=dict)
+    faceless: list[str] = field(default_factory=list)
     lights: list[Light] = field(default_factory=list)
     lamps: list[tuple[str, str]] = field(default_factory=list)
     radiance: np.ndarray | None = None
@@ -221,7 +223,13 @@ def _add_targets(read: RenderedObjects, targets: list[PlacedMesh], findings: Fin
             if len(points.centres) == 0:
                 continue
         if len(points.centres) == 0:
-            findings.warn("there is no light to bake on {}, of which a render shows no face", "object", original.name)
+            if len(read.surfaces[target.surface].triangles):
+                read.faceless.append(original.name)
+                findings.warn("there is no light to bake on {}, whose faces modifiers make: apply them (on the command "
+                              "line --apply-modifiers)", "object", original.name)  # fmt: skip
+            else:
+                findings.warn("there is no light to bake on {}, of which a render shows no face", "object",
+                              original.name)  # fmt: skip
             continue
         for sentence in repeats(original) if points.nearest else ():
             remedy = "apply modifiers (on the command line --apply-modifiers) for light of its own"

@@ -53,6 +53,7 @@ class Recipe:
     opaque    whether what lets light through throws a full shadow in Cycles
     index     pass index of the material
     bends     whether nodes make of texels what they do not make of the mean of texels
+    alphas    the image nodes whose alpha is asked for
     """
 
     name: str
@@ -64,6 +65,7 @@ class Recipe:
     opaque: bool = False
     index: int = 0
     bends: bool = False
+    alphas: frozenset[int] = frozenset()
 
 
 class Materials:
@@ -158,7 +160,8 @@ class Materials:
         cosines, whole = COSINES if "angle" in recipe.asks else (1.0,), None
         looks = [(cosine, draw) for cosine in cosines for draw in draws]
         for cosine, draw in looks:
-            places = Patches(corners, self._images, unknown, replace(view, cosine=cosine), recipe.index, draw)
+            seen = replace(view, cosine=cosine)
+            places = Patches(corners, self._images, unknown, seen, recipe.index, recipe.alphas, draw)
             with np.errstate(all="ignore"):
                 response = Shaders(Values(places, RULES), left_out).response(recipe.feed)
             part = response.scaled(np.full((1, 1), 1.0 / len(looks)))
@@ -217,8 +220,8 @@ def _recipe(material) -> Recipe:
     opaque = not getattr(material, "use_transparent_shadow", True) and shaders.passes
     asks = frozenset(probe.asks | ({"rays"} if opaque else set()))
     needs = frozenset(probe.needs)
-    bends = bends_patterns(feed)
-    return Recipe(material.name, None, feed, needs, asks, shaders.specular, opaque, material.pass_index, bends)
+    alphas, bends = frozenset(probe.alphas), bends_patterns(feed)
+    return Recipe(material.name, None, feed, needs, asks, shaders.specular, opaque, material.pass_index, bends, alphas)
 
 
 def _uneven(raw: Response, count: int) -> np.ndarray:

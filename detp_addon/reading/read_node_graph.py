@@ -98,6 +98,14 @@ def find_input(node, identifier: str):
     return next((socket for socket in node.inputs if socket.identifier == identifier), None)
 
 
+def chosen_item(node, groups: tuple[bpy.types.Node, ...]) -> str | None:
+    """The identifier of the input that a Menu Switch inside ``groups`` hands on, None where nodes choose it."""
+    feed = feed_of(node.inputs[0], groups)
+    items = [item.name for item in node.enum_items]
+    chosen = feed.socket.default_value if feed.node is None else None
+    return node.inputs[1 + items.index(chosen)].identifier if chosen in items else None
+
+
 def feed_of(socket, groups: tuple[bpy.types.Node, ...]) -> Feed:
     """What feeds the input ``socket`` of a node inside ``groups``; a ring of links that lead nowhere feeds nothing.
 

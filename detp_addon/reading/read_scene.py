@@ -168,11 +168,14 @@ def _raise_no_mesh(read: RenderedObjects, wanted: set[bpy.types.Object] | None) 
         names = ", ".join(f"'{name}'" for name in read.editing[:3])
         raise EditModeError(f"All meshes to bake are open in Edit Mode ({names}): leave Edit Mode and bake again.")
     chosen = None if wanted is None else {obj.name for obj in wanted}
-    scattered = [name for name in read.scattered if chosen is None or name in chosen]
-    if scattered:
-        names = ", ".join(f"'{name}'" for name in scattered[:3])
-        raise NoMeshError(f"There is nothing to bake but instances that geometry nodes make ({names}): add a Realize "
-                          f"Instances node, so that they have faces of their own.")  # fmt: skip
+    realize = (
+        "instances that geometry nodes make ({}): add a Realize Instances node, so that they have faces of their own"
+    )
+    apply = "faces that modifiers make ({}): apply them (on the command line --apply-modifiers)"
+    for found, what in ((read.scattered, realize), (read.faceless, apply)):
+        names = [f"'{name}'" for name in found if chosen is None or name in chosen]
+        if names:
+            raise NoMeshError(f"There is nothing to bake but {what.format(', '.join(names[:3]))}.")
     raise NoMeshError("There is nothing to bake: choose mesh objects with faces that a render shows.")
 
 

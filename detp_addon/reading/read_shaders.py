@@ -6,7 +6,7 @@ import numpy as np
 
 from .glass_bodies import straightened
 from .highlights import let_out_at_once, reflected_above
-from .read_node_graph import Feed, feed_of, find_input
+from .read_node_graph import Feed, chosen_item, feed_of, find_input
 from .read_values import Values, described
 from .remembered import Remembered
 from .response import Response
@@ -45,12 +45,13 @@ class Shaders:
         if feed.node.bl_idname in NOT_IN_CYCLES:
             return Response.of()
         rule = SHADER_RULES.get(feed.node.bl_idname)
-        if rule is None:
+        response = None if rule is None else rule(self, feed.node, feed.groups)
+        if response is None:
             self.values.places.unknown(described(feed.node))
             return Response.of(albedo=DEFAULT_ALBEDO)
         if _drives(feed.node, "Normal"):
             self.left_out("bump and normal maps of {}")
-        return rule(self, feed.node, feed.groups)
+        return response
 
     def input(self, node, identifier: str, groups) -> Response:
         """The response of the shader linked to an input."""
@@ -209,6 +210,11 @@ def _add(shaders: Shaders, node, groups) -> Response:
     return shaders.input(node, "Shader", groups).plus(shaders.input(node, "Shader_001", groups))
 
 
+def _menu_switch(shaders: Shaders, node, groups) -> Response | None:
+    item = chosen_item(node, groups)
+    return shaders.input(node, item, groups) if item is not None else None
+
+
 def _black(shaders: Shaders, node, groups) -> Response:
     return Response.of()
 
@@ -231,6 +237,7 @@ SHADER_RULES = {
     "ShaderNodeMixShader": _mix,
     "ShaderNodeAddShader": _add,
     "ShaderNodeHoldout": _black,
+    "GeometryNodeMenuSwitch": _menu_switch,
 }
 
 #: shaders that Cycles does not know: it shows nothing in their place

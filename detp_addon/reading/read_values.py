@@ -46,8 +46,8 @@ class Places(Protocol):
         """Whether (m or 1, 1) places lie farther apart than ``size`` in those ``coordinates`` (m, 3)."""
         ...
 
-    def image(self, node, coordinates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Colour (m, 3) and alpha (m, 1) of an image texture node."""
+    def image(self, node, coordinates: np.ndarray, alpha: bool) -> np.ndarray:
+        """Colour (m, 3), or ``alpha`` (m, 1), of an image texture node."""
         ...
 
     def unknown(self, feature: str) -> None:

@@ -56,7 +56,14 @@ def _few_bounces(words: str) -> Callable:
     return lambda settings: words if settings.max_bounces < FAR else None
 
 
+def _where_simplified(unlike: object, name: str, words: str) -> Callable:
+    """The same in scenes with *Simplify* alone, which most settings of it need."""
+    sentence = _when(unlike, name, words)
+    return lambda settings: sentence(settings) if settings.id_data.render.use_simplify else None
+
+
 _CULLED = "culling by camera or distance, which leaves all objects in place here"
+_SMALLER = "textures made smaller by Simplify, which have their own size here"
 
 #: by the kind of settings: property -> a function that gives a sentence where it changes the light
 NAMED = {
@@ -68,8 +75,10 @@ NAMED = {
         "caustics_refractive": _when(True, "caustics_refractive", "switched-off caustics of glass, thrown here"),
         "use_fast_gi": _when(False, "use_fast_gi", "Fast GI, in whose place all light is followed to its end"),
         "film_exposure": _when(1.0, "film_exposure", "film exposure, by which the light is not multiplied here"),
-        "use_camera_cull": lambda settings: _CULLED if _simplified(settings) and settings.use_camera_cull else None,
-        "use_distance_cull": lambda settings: _CULLED if _simplified(settings) and settings.use_distance_cull else None,
+        "use_camera_cull": _where_simplified(False, "use_camera_cull", _CULLED),
+        "use_distance_cull": _where_simplified(False, "use_distance_cull", _CULLED),
+        "texture_limit_render": _where_simplified("OFF", "texture_limit_render", _SMALLER),
+        "texture_resolution_render": _where_simplified(1.0, "texture_resolution_render", _SMALLER),
     },
     "object": {
         "use_adaptive_subdivision": _when(
@@ -245,8 +254,3 @@ def note_object(obj, shines: bool, mirrors: bool, findings: Findings) -> None:
         findings.left_out("light linking of {} that shine, which light everything here", "object", obj.name)
     if shines and linking and linking.blocker_collection:
         findings.left_out("shadow linking of {} that shine, which everything shades here", "object", obj.name)
-
-
-def _simplified(settings) -> bool:
-    """Whether the scene of these settings is simplified."""
-    return settings.id_data.render.use_simplify

@@ -50,12 +50,14 @@ class Probe:
     asks     "rays", "side" and "angle", where the values depend on those, and "mirrors", where they depend on whether a
              mirror or glass looks
     strange  the names of nodes whose work is not known
+    alphas   the image nodes, by pointer, whose alpha is asked for
     """
 
     real = False
     needs: set[tuple[str, str]] = field(default_factory=set)
     asks: set[str] = field(default_factory=set)
     strange: set[str] = field(default_factory=set)
+    alphas: set[int] = field(default_factory=set)
 
     def given(self, kind: str, name: str = "") -> np.ndarray:
         """Zero, and a note."""
@@ -88,9 +90,11 @@ class Probe:
         """No."""
         return False
 
-    def image(self, node, coordinates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Black; what matters is what the coordinates asked for."""
-        return np.zeros((1, 3)), np.zeros((1, 1))
+    def image(self, node, coordinates: np.ndarray, alpha: bool) -> np.ndarray:
+        """Black; what matters is what the coordinates asked for. And a note of an alpha."""
+        if alpha:
+            self.alphas.add(node.as_pointer())
+        return np.zeros((1, 1 if alpha else 3))
 
     def unknown(self, feature: str) -> None:
         """A note: the real evaluation names it."""
@@ -139,7 +143,7 @@ class Nowhere:
     def about(self, feature: str) -> None:
         """Nothing: what is mostly so will do."""
 
-    def image(self, node, coordinates):
+    def image(self, node, coordinates, alpha: bool):
         """Raise."""
         raise WhereaboutsUnknown
 
@@ -147,7 +151,8 @@ class Nowhere:
 class Patches:
     """The PATCHES of T triangles, looked at in that ``view``, with what is given at their corners (T, 3, c).
 
-    ``unknown`` is called with what is not known; ``material_index`` is the material's. Images show their mean over each
+    ``unknown`` is called with what is not known; ``material_index`` is the material's, and ``alphas`` are as
+    :class:`Probe` found them. Images show their mean over each
     patch, or, with the number of a ``draw``, what they show at one place on it; draws come in even numbers.
     """
 
@@ -160,6 +165,7 @@ class Patches:
         unknown,
         view: View,
         material_index: float,
+        alphas: frozenset[int] = frozenset(),
         draw: int | None = None,
     ):
         self._corners = corners
@@ -167,6 +173,7 @@ class Patches:
         self.unknown = self.about = unknown
         self._rays, self.back, self.cosine = view.rays, view.back, view.cosine
         self.material_index = material_index
+        self._alphas = alphas
         self._draw, self.half = draw, 0.5 if draw is None else float(draw % 2)
 
     def ray(self, output: str) -> float | None:
@@ -186,23 +193,22 @@ class Patches:
         longest = np.linalg.norm(ends - np.roll(ends, 1, axis=1), axis=2).max(axis=1) / (_WAY * _ROWS)
         return np.repeat(longest > size, len(PATCHES))[:, None]
 
-    def image(self, node, coordinates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Colour (16 T, 3) and alpha (16 T, 1) on each patch."""
-        blend = node.interpolation != "Closest"
-        texture = self._images.texture(node.image, node.outputs["Alpha"].is_linked, blend)
+    def image(self, node, coordinates: np.ndarray, alpha: bool) -> np.ndarray:
+        """Colour (16 T, 3), or ``alpha`` (16 T, 1), on each patch."""
+        texture = self._images.texture(node.image, node.as_pointer() in self._alphas, node.interpolation)
         if node.projection != "FLAT":
             self.unknown(f"image projection ({node.projection.lower()}), taken as the image's mean")
             coordinates = np.full_like(coordinates, np.nan)
         centres, edges = coordinates[:, :2], _patch_edges(coordinates)
         if self._draw is None:
-            given = centres, edges, node.extension, blend
+            given = centres, edges, node.extension, node.interpolation
             rgba = recalled(lambda: texture.patches(*given), "patches", texture, *given)
         else:
-            rgba = texture.looked_at(_drawn(centres, edges, self._draw), node.extension, blend)
-        colour, alpha = rgba[:, :3].copy(), rgba[:, 3:].copy()
-        if texture.associated:
-            colour = np.divide(colour, alpha, out=colour, where=alpha > 0)
-        return colour, alpha
+            rgba = texture.looked_at(_drawn(centres, edges, self._draw), node.extension, node.interpolation)
+        colour, share = rgba[:, :3].copy(), rgba[:, 3:].copy()
+        if alpha:
+            return share
+        return np.divide(colour, share, out=colour, where=share > 0) if texture.associated else colour
 
 
 def _drawn(centres: np.ndarray, edges: np.ndarray, draw: int) -> np.ndarray:

@@ -62,12 +62,14 @@ class TexturePyramid:
         """The mean colour and alpha (4,), associated as the levels are."""
         return self.levels[-1][0, 0].astype(np.float64)
 
-    def patches(self, centres: np.ndarray, edges: np.ndarray, extension: str, blend: bool = True) -> np.ndarray:
+    def patches(
+        self, centres: np.ndarray, edges: np.ndarray, extension: str, interpolation: str = "Linear"
+    ) -> np.ndarray:
         """Mean RGBA (m, 4) over the triangles around the coordinates ``centres`` (m, 2), with two ``edges`` (m, 2, 2).
 
         ``extension`` says what lies outside 0..1: REPEAT, MIRROR, EXTEND or CLIP (clear black). Coordinates that are
-        not finite give the mean of the whole image. ``blend`` says whether a triangle that is but a point takes its
-        part of the four texels around, as faces do that have no UV map.
+        not finite give the mean of the whole image. A triangle that is but a point, as those of faces that have no UV
+        map, takes its part of the texels around by their ``interpolation``.
         """
         result = np.empty((len(centres), 4))
         known = np.isfinite(centres).all(axis=1)
@@ -83,14 +85,16 @@ class TexturePyramid:
                 total += _texels(self.levels[level], middle + along * first + across * second, extension)
             result[here] = total / rows**2
         sides = np.abs(edges * self.levels[0].shape[1::-1]).max(axis=(1, 2), initial=0.0)
-        points = np.flatnonzero(known & (sides < _POINT)) if blend else []
+        points = np.flatnonzero(known & (sides < _POINT)) if interpolation != "Closest" else []
         if len(points):
-            result[points] = self._blended(centres[points], extension)
+            result[points] = self._blended(centres[points], extension, interpolation)
         return result
 
-    def looked_at(self, places: np.ndarray, extension: str, blend: bool) -> np.ndarray:
-        """RGBA (m, 4) at ``places`` (m, 2), as the four texels around are blended, or of the texel there alone."""
-        return self._blended(places, extension) if blend else _texels(self.texels, places, extension).astype(np.float64)
+    def looked_at(self, places: np.ndarray, extension: str, interpolation: str) -> np.ndarray:
+        """RGBA (m, 4) at ``places`` (m, 2), as the texels around are blended, or of the texel there alone."""
+        if interpolation == "Closest":
+            return _texels(self.texels, places, extension).astype(np.float64)
+        return self._blended(places, extension, interpolation)
 
     def _fineness(self, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Into how many rows (m,) to cut each triangle, and the level (m,) to look at, for about two looks a texel."""
@@ -104,15 +108,15 @@ class TexturePyramid:
         cuts = 2.0 ** np.ceil(np.log2(np.clip(wanted, 1.0, most)))
         return cuts.astype(np.int64), np.minimum(levels, len(self.levels) - 1).astype(np.int64)
 
-    def _blended(self, places: np.ndarray, extension: str) -> np.ndarray:
-        """RGBA (m, 4) between the four texels around each of the ``places`` (m, 2)."""
+    def _blended(self, places: np.ndarray, extension: str, interpolation: str) -> np.ndarray:
+        """RGBA (m, 4) between the texels around each of the ``places`` (m, 2)."""
         size = np.array(self.levels[0].shape[1::-1])
         low = np.floor(places * size - 0.5)
-        share = places * size - 0.5 - low
+        shares = shares_of_texels(places * size - 0.5 - low, interpolation)
         total = np.zeros((len(places), 4))
-        for right in (0, 1):
-            for up in (0, 1):
-                weight = np.abs((1 - right, 1 - up) - share).prod(axis=1, keepdims=True)
+        for right, across in shares.items():
+            for up, along in shares.items():
+                weight = across[:, :1] * along[:, 1:]
                 texels = _texels(self.texels, (low + (right + 0.5, up + 0.5)) / size, extension)
                 total += weight * (self._recoded(texels.astype(float), linear_to_srgb) if self.encoded else texels)
         return self._recoded(total, srgb_to_linear) if self.encoded else total
@@ -130,6 +134,17 @@ def _fitting(rgba: np.ndarray, colours: np.ndarray, associated: bool) -> np.ndar
     while max(picture.shape[:2]) > LARGEST_SIDE:
         picture = _halved(picture)
     return picture
+
+
+def shares_of_texels(x, interpolation: str) -> dict[int, np.ndarray]:
+    """The shares, along an axis, of the texels by how many steps on they are, at a place ``x`` of a step past one.
+
+    *Cubic* and *Smart* are uniform cubic B-splines.
+    """
+    if interpolation == "Linear":
+        return {0: 1.0 - x, 1: x}
+    parts = (1.0 - x) ** 3, 4.0 - 6.0 * x**2 + 3.0 * x**3, 1.0 + 3.0 * x + 3.0 * x**2 - 3.0 * x**3, x**3
+    return {step - 1: part / 6.0 for step, part in enumerate(parts)}
 
 
 def _texels(picture: np.ndarray, places: np.ndarray, extension: str) -> np.ndarray:

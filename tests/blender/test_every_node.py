@@ -89,7 +89,10 @@ def _chosen(kind, settings, seed):
             elif socket.type == "RGBA":
                 socket.default_value = (*generator.random(3), 1)
             elif socket.type == "VECTOR" and not socket.hide_value:
-                socket.default_value = tuple(generator.uniform(low, high, len(socket.default_value)))
+                # A zero among them, in every second one, divides nothing.
+                size = len(socket.default_value)
+                chosen = generator.uniform(low, high, size) * (seed == 1, *[1] * (size - 1))
+                socket.default_value = tuple(chosen)
         return next(output for output in node.outputs if output.enabled)
 
     return lambda tree: scene_table.shining(tree, build)

@@ -119,6 +119,33 @@ def plane(name, size, rgb=(1, 1, 1), location=(0, 0, 0)):
     return obj
 
 
+def test_a_room_with_a_wing_is_seen_from_inside(tmp_path):
+    """Most of its box lies outside of it."""
+    outline = [(0, 0), (8, 0), (8, 2), (2, 2), (2, 8), (0, 8)]
+    walls = [((k + 1) % 6, k, k + 6, (k + 1) % 6 + 6) for k in range(6)]
+    mesh = bpy.data.meshes.new("room")
+    faces = [tuple(range(6)), tuple(range(11, 5, -1)), *walls]
+    mesh.from_pydata([(x, y, z) for z in (0, 2.5) for x, y in outline], [], faces)
+    room = bpy.data.objects.new("room", mesh)
+    bpy.context.collection.objects.link(room)
+    write_colours([MeshColours(room, {"light": np.full((len(mesh.loops), 3), 0.5)})], "CORNER", "light")
+    bpy.context.view_layer.update()
+    _, picture = drawn(tmp_path / "p.png")
+    assert (picture.mean(axis=2) > 0.2).mean() > 0.99
+
+
+def test_the_cameras_depth_of_field_does_not_blur(tmp_path):
+    cube("thing", (1, 1, 1))
+    camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
+    bpy.context.collection.objects.link(camera)
+    camera.location, bpy.context.scene.camera = (0, 0, 6), camera
+    lens = camera.data.dof
+    lens.use_dof, lens.focus_distance, lens.aperture_fstop = True, 0.3, 0.5
+    _, picture = drawn(tmp_path / "p.png")
+    between = (picture.mean(axis=2) > 0.3) & (picture.mean(axis=2) < 0.7)
+    assert between.mean() < 0.01 and lens.use_dof
+
+
 def test_a_flat_floor_is_seen_from_above(tmp_path):
     """The middle of its box lies on it, and all of it is in the picture."""
     plane("floor", 4.0)

@@ -280,6 +280,20 @@ def test_clear_texels_are_black_where_the_alpha_is_not_used():
     assert np.allclose(surface_of(textured(picture), obj)[0], (0, 0.5, 0), atol=0.01)
 
 
+def test_an_alpha_that_leads_nowhere_is_not_used():
+    """Cycles drops the nodes that feed no output before it asks whether the alpha is used."""
+    picture = image(halves((0, 1, 0, 1), (1, 0, 1, 0)))
+
+    def build(tree):
+        made = node(tree, "ShaderNodeTexImage", {"image": picture})
+        node(tree, "ShaderNodeInvert", Color=made.outputs["Alpha"])
+        return node(tree, "ShaderNodeBsdfDiffuse", Color=colour(made))
+
+    obj = quad()
+    map_to_unit_square(obj)
+    assert np.allclose(surface_of(build, obj)[0], (0, 0.5, 0), atol=0.01)
+
+
 def test_images_drive_emission():
     picture = image(halves((8, 0, 0, 1), (0, 4, 0, 1)), colour_space="Non-Color", is_float=True)
 
@@ -479,6 +493,34 @@ def test_light_paths_are_those_of_diffuse_light():
 
     albedo, _, through, _ = surface_of(build)
     assert np.allclose(albedo, 0.5) and np.allclose(through, 0)
+
+
+@pytest.mark.skipif(bpy.app.version < (5, 2), reason="shaders have no menus before")
+@pytest.mark.parametrize("kind", ["RGBA", "SHADER"])
+def test_menus_choose_what_they_show(kind):
+    def build(tree):
+        red, green = (node(tree, "ShaderNodeEmission", Color=(*rgb, 1)).outputs[0] for rgb in np.eye(3)[:2])
+        switch = node(tree, "GeometryNodeMenuSwitch", {"data_type": kind})
+        for socket, shader, rgb in zip(switch.inputs[1:3], (red, green), np.eye(3), strict=False):
+            if kind == "SHADER":
+                tree.links.new(shader, socket)
+            else:
+                socket.default_value = (*rgb, 1)
+        switch.inputs[0].default_value = "B"
+        return switch.outputs[0]
+
+    _, emission, _, result = surface_of(build, quad())
+    assert np.allclose(emission, (0, 1, 0)) and result.warnings == ()
+
+
+def test_parts_of_properties_are_none_as_in_cycles():
+    def build(tree):
+        asked = {"attribute_type": "OBJECT", "attribute_name": "color[0]"}
+        return node(tree, "ShaderNodeEmission", Color=node(tree, "ShaderNodeAttribute", asked).outputs["Color"])
+
+    obj = quad()
+    obj.color = (1, 1, 1, 1)
+    assert np.allclose(surface_of(build, obj)[1], 0)
 
 
 def test_one_sentence_names_many_materials():

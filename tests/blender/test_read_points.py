@@ -5,6 +5,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
+from detp.core.errors import NoMeshError  # noqa: E402
 from detp.detp_addon.reading import joined_rows  # noqa: E402
 from made_scenes import cube, linked, mesh, quad, read  # noqa: E402
 
@@ -187,6 +188,18 @@ def test_meshes_without_faces_are_no_targets():
     result = read(domain="POINT")
     assert [target.object_name for target in result.targets] == ["floor"]
     assert result.warnings == ("there is no light to bake on 2 objects (empty, dots), of which a render shows no face",)
+
+
+def test_meshes_whose_faces_modifiers_make_are_named_with_the_remedy():
+    profile = bpy.data.meshes.new("vase")
+    profile.from_pydata([(1, 0, 0), (1, 0, 1)], [(0, 1)], [])
+    vase = linked("vase", profile)
+    vase.modifiers.new("turn", "SCREW")
+    with pytest.raises(NoMeshError, match="faces that modifiers make \\('vase'\\): apply them"):
+        read()
+    quad("floor")
+    (sentence,) = read().warnings
+    assert sentence.startswith("there is no light to bake on 1 object (vase), whose faces modifiers make: apply them")
 
 
 def floor_grid(name="floor"):

@@ -61,11 +61,12 @@ def test_settings_of_the_scene_are_named(scene, case):
     assert words in sentence
 
 
-def test_culling_counts_in_simplified_scenes_alone(scene):
-    scene.cycles.use_camera_cull = True
+def test_culling_and_small_textures_count_in_simplified_scenes_alone(scene):
+    scene.cycles.use_camera_cull, scene.cycles.texture_limit_render = True, "256"
     assert read().left_out == ()
     scene.render.use_simplify = True
-    assert any("culling" in sentence for sentence in read().left_out)
+    left_out = read().left_out
+    assert len(left_out) == 2 and "culling" in left_out[0] and "textures made smaller" in left_out[1]
 
 
 def test_light_linking_of_meshes_that_shine_is_named():

@@ -245,7 +245,7 @@ def speckled(clear):
     return np.concatenate([generator.random((64, 64, 3)) * there, there], axis=2)
 
 
-@pytest.mark.parametrize("interpolation", ["Linear", "Closest"])
+@pytest.mark.parametrize("interpolation", ["Linear", "Closest", "Cubic"])
 @pytest.mark.parametrize("clear, alpha", [(0.0, False), (0.5, False), (0.5, True)])
 @pytest.mark.parametrize("colour_space", ["sRGB", "Non-Color"])
 def test_bytes_are_blended_before_they_are_decoded(interpolation, clear, alpha, colour_space):
@@ -272,3 +272,48 @@ def test_bytes_are_blended_before_they_are_decoded(interpolation, clear, alpha, 
     noise = theirs.std(axis=0) * np.sqrt(1 / count + 1 / 2048)
     off = (ours[count:].mean(axis=0) - theirs.mean(axis=0)) / noise
     assert (np.abs(off) < 4.0).all(), off
+
+
+def stored(folder, kind, depth, alpha_mode, packed):
+    """An image of one veiled colour from a file of that ``kind`` and ``depth``."""
+    drawn = image(np.tile((0.25, 0.12, 0.06, 0.3), (4, 4, 1)), is_float=depth != "8")
+    settings = bpy.context.scene.render.image_settings
+    settings.file_format, settings.color_mode, settings.color_depth = kind, "RGBA", depth
+    path = folder / f"{kind}{depth}"
+    drawn.save_render(str(path), scene=bpy.context.scene)
+    bpy.data.images.remove(drawn)
+    made = bpy.data.images.load(str(path))
+    made.alpha_mode = alpha_mode
+    if packed:
+        made.pack()
+    return made
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_the_alpha_of_files_counts_as_in_cycles(tmp_path, packed):
+    """By the file's format before 5.2 and by the alpha mode since, on colours as they are stored; packed, too."""
+    bpy.context.scene.view_settings.view_transform = "Standard"
+    cases = [
+        (kind, depth, mode, used)
+        for kind, depth in (("PNG", "8"), ("PNG", "16"), ("TARGA", "8"), ("OPEN_EXR", "16"))
+        for mode in ("STRAIGHT", "PREMUL", "CHANNEL_PACKED", "NONE")
+        for used in (False, True)
+    ]
+    obj = linked("faces", mesh([(2 * k + x, y, 0) for k in range(len(cases)) for x, y in ((0, 0), (1, 0), (0, 1))],
+                               np.arange(3 * len(cases)).reshape(-1, 3).tolist()))  # fmt: skip
+    obj.data.uv_layers.new(name="UVMap").uv.foreach_set("vector", np.full(6 * len(cases), 0.4, np.float32))
+    for number, (kind, depth, mode, used) in enumerate(cases):
+
+        def build(tree, kind=kind, depth=depth, mode=mode, used=used):
+            shown = node(tree, "ShaderNodeTexImage", {"image": stored(tmp_path, kind, depth, mode, packed)})
+            strength = {"Strength": shown.outputs["Alpha"]} if used else {}
+            return node(tree, "ShaderNodeEmission", Color=shown.outputs["Color"], **strength)
+
+        obj.data.materials.append(material(build))
+        obj.data.polygons[number].material_index = number
+    modes = [each.alpha_mode for each in bpy.data.images]
+    ours = read().scene.emission
+    assert modes == [each.alpha_mode for each in bpy.data.images]
+    theirs = emitted(obj)
+    off = np.abs(ours - theirs) > 0.02 * theirs + 2e-3
+    assert not off.any(), [case for case, row in zip(cases, off, strict=True) if row.any()]

@@ -95,6 +95,15 @@ def test_objects_of_several_scenes_are_named_and_others_found_where_they_are(tmp
     assert (first["objects"], second["objects"]) == (1, 2)
 
 
+def test_a_background_set_is_a_part_of_the_scene(tmp_path, layers):
+    """It is not named as left out; and of its objects it is said whose light they have in the end."""
+    bpy.context.scene.background_set = layers[2]
+    (only,) = baked(tmp_path)
+    assert not any("Night" in warning for warning in only["warnings"])
+    first, _ = baked(tmp_path, "--all-scenes")
+    assert any("'ground'" in warning and "last scene" in warning for warning in first["warnings"])
+
+
 def test_a_scene_that_cannot_be_baked_does_not_stop_the_others(tmp_path):
     bare = bpy.data.scenes.new("Bare")
     linked("edge", bpy.data.meshes.new("edge"), collection=bare.collection)

@@ -34,8 +34,8 @@ if TYPE_CHECKING:
 #: Rays from each point in one round to the lamps, to each of the surroundings, and by chance; a power of two.
 RAYS_PER_ROUND = 4
 
-#: Points whose rays are cast at a time, in a step of so many rounds; in one of more rounds fewer points, down to the
-#: least, so that whoever runs a bake soon gets a word in, and small scenes have work for all processors.
+#: Points whose rays are cast at a time, in a step of so many rounds; in one of more rounds fewer, down to the least, so
+#: that whoever runs a bake soon gets a word in, and small scenes have work for all processors.
 POINTS_PER_CHUNK, ROUNDS_PER_CHUNK, LEAST_PER_CHUNK = 1 << 11, 4, 1 << 8
 
 #: Rays by chance from each point in one round once they gather reflected light; a power of two.
@@ -202,7 +202,7 @@ class DirectLight:
         while begin < last:
             # Steps end where the rounds have doubled, whoever asks for how many of them.
             end = min(last, max(LEARN_AFTER, 1 << begin.bit_length()))
-            points = max(POINTS_PER_CHUNK * ROUNDS_PER_CHUNK // max(end - begin, ROUNDS_PER_CHUNK), LEAST_PER_CHUNK)
+            points = max(POINTS_PER_CHUNK * ROUNDS_PER_CHUNK // (end - begin), LEAST_PER_CHUNK)
             groups = list(blocks(np.diff(self._groups.start), points))
             rounds = in_whole_samples(end - begin, len(self._points))
             if where is not None:

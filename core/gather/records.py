@@ -20,6 +20,7 @@ from ..discs import TangentDiscs
 from ..lights.lamp_rays import towards
 from ..parallel import ordered_map, slices
 from ..random_streams import random_stream
+from ..ranges import expanded
 from ..rays import RayCaster
 from ..rows import Rows
 from ..sampling import cosine_hemisphere
@@ -56,8 +57,8 @@ STAND_OFF, GRAZING = 8, 0.1
 #: Of fewer landings than this nobody knows whether a wall runs through their cell.
 LEAST_LANDINGS = 4
 
-#: Landings of each record's half of a cell from where it looks for lights: an edge of light may run through the cell.
-LOOKOUTS = 4
+#: From so many landings in its half of a cell each record looks for lights: an edge of light may run through the cell.
+LOOKOUTS = 2
 
 #: Landings of a cell that do not see its records may do so from this share of the cell's side higher: over a bump.
 HIGHER = 0.15
@@ -185,7 +186,8 @@ class Records:
 
     Attributes
     held      Landings of the 2 C records; those of the second half follow those of the first
-    lookouts  Landings of as many places of each record, LOOKOUTS of the first one's and so on
+    seen      (2 C,) how many landings each record speaks for
+    lookouts  Landings from where records look for lights: LOOKOUTS of the first one, of the next, and so on
     sides     (C,) metres of the cells
     radii     (2 C,) metres, of their discs
     finder    finds the cells
@@ -211,12 +213,13 @@ class Records:
         order = random_stream(seed, "records").permutation(len(landings.lengths))
         landings = landings.taken(order)
         cells, cell, count = np.unique(_numbers(numbered, landings), return_inverse=True, return_counts=True)
-        by_cell, last = np.argsort(cell, kind="stable"), np.cumsum(count) - 1
-        # From either end of a cell's landings, so that its two records share none where there are enough of them.
-        steps = np.arange(LOOKOUTS) % np.maximum(count // 2, 1)[:, None]
-        lookouts = np.concatenate([(last - count + 1)[:, None] + steps, last[:, None] - steps])
-        self.lookouts = landings.taken(by_cell[lookouts.ravel()])
-        self.held = self.lookouts.taken(slice(None, None, LOOKOUTS))
+        self._landings = landings.taken(np.argsort(cell, kind="stable"))
+        # Half of a cell's landings are the first record's, the rest the other's; a lone one is both's.
+        start, half = np.cumsum(count) - count, np.maximum(count // 2, 1)
+        self._begin = np.concatenate([start, start + np.minimum(half, count - 1)])
+        self.seen = np.concatenate([half, np.maximum(count - half, 1)])
+        self.held = self._landings.taken(self._begin)
+        self.lookouts = self._landings.taken((self._begin[:, None] + np.arange(LOOKOUTS) % self.seen[:, None]).ravel())
         self.sides = numbered.sides(numbered.levels_of(cells))
         self.radii = np.tile(WIDTH * finest * (self.sides / finest) ** GROWTH, 2)
         cut = _cut(caster, landings, self.held, cell, self.sides)
@@ -224,6 +227,11 @@ class Records:
 
     def __len__(self) -> int:
         return len(self.radii) // 2
+
+    def more_lookouts(self, records: np.ndarray) -> tuple[np.ndarray, Landings]:
+        """All other landings that these ``records`` (K,) speak for, and for each of them (L,) which record that is."""
+        row, place = expanded(self._begin[records] + LOOKOUTS, np.maximum(self.seen[records] - LOOKOUTS, 0))
+        return records[row], self._landings.taken(place)
 
     @property
     def discs(self) -> TangentDiscs:

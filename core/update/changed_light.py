@@ -10,7 +10,7 @@ from ..direct.lit_scene import LitScene
 from ..estimator.crossing_sums import BatchSums, CrossingSums
 from ..estimator.estimate import IrradianceEstimate
 from ..estimator.standpoints import Standpoints
-from ..gather.record_light import RecordLight, of_records
+from ..gather.record_light import RecordLight
 from ..gather.records import LOOKOUTS, Landings, RecordFinder, Records, scouted
 from ..gather.reflected_light import ReflectedLight
 from ..gatherers.choose import make_gatherer
@@ -156,7 +156,7 @@ class ChangedRecords:
         lookouts = first.lookouts
         more = np.zeros((len(lookouts.places), 3))
         if first.lamps is None or len(changes.balls) == 0:
-            return of_records(more)
+            return np.zeros((len(first.held.places), 3))
         lamps = first.lamps.among(self._first.lit.lights)
         places = WantedPlaces(lookouts.stands, lookouts.normals, lookouts.normals, first.lamps.group)
 
@@ -183,7 +183,7 @@ class ChangedRecords:
             for part, (_, sums) in zip(blocks, ordered_map(found, [(count, b) for b in blocks]), strict=True):
                 more[part] = sums
                 yield
-        return of_records(more)
+        return more.reshape(-1, LOOKOUTS, 3).mean(axis=1)
 
 
 class PatchedRecords:

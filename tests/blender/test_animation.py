@@ -104,7 +104,7 @@ def test_key_frames_are_their_still_bakes_and_between_them_light_is_blended(scen
 def test_frames_after_the_first_are_updates_of_it_with_the_light_of_whole_bakes(addon):
     bpy.ops.wm.read_factory_settings(use_empty=True)
     grid("Floor")
-    keyed(cube("Box", size=0.3), "location", {1: (-1.6, -1.6, 0.2), 6: (-1.0, -1.6, 0.2)})
+    keyed(cube("Box", size=0.2), "location", {1: (-1.6, -1.6, 0.2), 6: (-1.0, -1.6, 0.2)})
     lamp()
     keys = {}
     for name, whole in (("updated", False), ("whole", True)):

@@ -12,6 +12,7 @@ from ..core.fit.shown_faces import more_places
 from ..core.forecast import Forecast, forecast
 from .chosen_objects import chosen_objects
 from .mixing.light_groups import likely_groups
+from .reading.read_node_graph import node_tree
 from .request import BakeRequest
 
 #: Of worlds that have more than one colour: seconds of a processor of the reference in which Cycles makes a picture of
@@ -69,5 +70,5 @@ def _values_of(mesh: bpy.types.Mesh) -> int:
 
 
 def _is_pictured(world: bpy.types.World | None) -> bool:
-    tree = world.node_tree if world is not None and world.use_nodes else None
+    tree = None if world is None else node_tree(world)
     return tree is not None and not {node.type for node in tree.nodes} <= _PLAIN

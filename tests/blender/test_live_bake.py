@@ -18,6 +18,7 @@ from detp.detp_addon.panel.operators import DETP_OT_bake
 from detp.detp_addon.panel.properties import bake_request, scene_options
 from detp.detp_addon.request import BakeRequest
 from detp.detp_addon.writing.live_colours import LiveColours
+from made_scenes import world
 from small_scenes import box_on_floor, colours, lamp
 
 SETTINGS = BakeSettings(error=0.1, radius=0.3)
@@ -179,13 +180,12 @@ def test_what_a_bake_will_show_is_counted_before():
 
 def test_more_values_lamps_and_a_sky_make_a_bake_dearer():
     scene, layer, request = bpy.context.scene, bpy.context.view_layer, BakeRequest(SETTINGS)
-    scene.world = bpy.data.worlds.new("sky")
-    scene.world.use_nodes = True
+    sky = world((0.5, 0.5, 0.5)).node_tree
     seconds = [likely_bake(scene, layer, request, values).seconds for values in (10_000, 20_000)]
     lamp((1, 1, 3))
     layer.update()
     seconds.append(likely_bake(scene, layer, request, 20_000).seconds)
-    scene.world.node_tree.nodes.new("ShaderNodeTexSky")
+    sky.nodes.new("ShaderNodeTexSky")
     seconds.append(likely_bake(scene, layer, request, 20_000).seconds)
     assert seconds == sorted(set(seconds))
 

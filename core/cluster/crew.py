@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import uuid
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext
 from itertools import count
 
 import numpy as np
@@ -27,7 +27,7 @@ from ..scene import Scene
 from ..settings import BakeSettings
 from .dask_hands import DaskHands, hands_at
 from .packing import packed, unpacked
-from .processes import ProcessHands, processes_ahead, processes_at_hand
+from .processes import ProcessHands, processes_at_hand
 
 #: In place of a scheduler's address: processes of this machine, however little there is to do.
 LOCAL = "local"
@@ -106,11 +106,6 @@ class Crew:
         for part, brought in zip(groups, self._map("cast", pieces, "records", "light"), strict=True):
             light.take(part, brought)
             yield
-
-
-def crew_ahead() -> AbstractContextManager[None]:
-    """Lets the processes load that a bake is likely to need of which nothing is known yet, while its scene is read."""
-    return processes_ahead(min(worker_count(), workers_that_fit(0, 0, 0)))
 
 
 @contextmanager

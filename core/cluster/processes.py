@@ -7,7 +7,6 @@ but they can join. One that is lost has its pieces done by others, or by this pr
 from __future__ import annotations
 
 import json
-import math
 import os
 import secrets
 import selectors
@@ -32,7 +31,7 @@ AHEAD = 2
 #: Pieces for each process that are begun before the oldest is done, whose result comes first: some take long.
 BEGUN = 6
 
-#: Seconds, once they are waited for, after which a process that has not yet come is not waited for any longer.
+#: Seconds after which a process that has not yet come is not waited for any longer.
 PATIENCE = 30.0
 
 #: Seconds after which it is looked again whether processes that are to come are still there.
@@ -46,29 +45,11 @@ _ALONE = dict.fromkeys(
 _WORKER = Path(__file__).with_name("worker.py")
 
 
-#: Those that were started before there was anything to do.
-_ahead: list[ProcessHands] = []
-
-
-@contextmanager
-def processes_ahead(count: int) -> Iterator[None]:
-    """So many processes are started now, if several, for the first to ask for as many: while they load, much can be
-    read."""
-    if count > 1:
-        with suppress(OSError):
-            _ahead.append(ProcessHands(count))
-    try:
-        yield
-    finally:
-        while _ahead:
-            _ahead.pop().__exit__()
-
-
 @contextmanager
 def processes_at_hand(count: int) -> Iterator[ProcessHands | None]:
     """So many processes, or None where none can be started."""
     try:
-        hands = _ahead.pop() if _ahead and len(_ahead[-1].started) == count else ProcessHands(count)
+        hands = ProcessHands(count)
     except OSError:  # no sockets are allowed here
         yield None
         return
@@ -90,7 +71,7 @@ class ProcessHands:
         self._waiting: deque[int] = deque()
         self._found: dict[int, np.ndarray] = {}
         self._workers: dict[socket.socket, deque[int]] = {}
-        self._lost, self._until = 0, math.inf
+        self._lost, self._until = 0, time.monotonic() + PATIENCE
         self._token = secrets.token_bytes(32)
         self._door = socket.create_server(("127.0.0.1", 0), backlog=max(processes, 1))
         self._selector = selectors.DefaultSelector()
@@ -199,7 +180,6 @@ class ProcessHands:
 
     def _coming(self) -> bool:
         """Whether a process may still come."""
-        self._until = min(self._until, time.monotonic() + PATIENCE)
         if len(self._workers) + self._lost >= len(self.started) or time.monotonic() > self._until:
             return False
         return sum(process.poll() is None for process in self.started) > len(self._workers)

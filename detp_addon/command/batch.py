@@ -7,7 +7,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import closing, nullcontext
+from contextlib import closing
 
 from ...core.errors import DetpError
 from ..files.write_files import check_writable, write_text
@@ -74,13 +74,9 @@ def _alone(batch: Batch, display: ProgressDisplay) -> Iterator[tuple[int, Outcom
         display.line(f"{job.output} is done already")
         yield 0, skipped(entries)
         return
-    from ...core.cluster.crew import crew_ahead
-
-    bakes = entries is None and not batch.options["dry_run"] and not batch.options["cluster"]
-    with crew_ahead() if bakes else nullcontext():
-        with blender_silenced():
-            from .bake_file import bake_file
-        outcome = bake_file(job, batch.options, display, entries)
+    with blender_silenced():
+        from .bake_file import bake_file
+    outcome = bake_file(job, batch.options, display, entries)
     display.end()
     yield 0, outcome
 

@@ -15,7 +15,7 @@ from detp.core import BakeSettings, PointLight, forecast, memory
 from detp.core.bake import bake, baked
 from detp.core.cluster import crew as crews
 from detp.core.cluster import processes
-from detp.core.cluster.crew import Crew, crew_ahead, crew_of
+from detp.core.cluster.crew import Crew, crew_of
 from detp.core.cluster.processes import ProcessHands, processes_at_hand
 from detp.core.errors import OutOfMemoryError
 from detp.core.stages import finished
@@ -163,31 +163,6 @@ def test_processes_are_started_where_they_pay(lit_room, monkeypatch, started, wo
     with crew_of(*lit_room, QUICK, beside=beside) as crew:
         assert (crew is not None) == hired
         assert len(started) == (processors if hired else 0)
-
-
-def test_processes_that_were_started_ahead_are_taken_where_as_many_are_asked_for(lit_room, monkeypatch, started):
-    monkeypatch.setattr(crews, "WORTH", 0.0)
-    monkeypatch.setattr(crews, "worker_count", lambda: 2)
-    with crew_ahead():
-        assert len(started) == 2
-        with processes_at_hand(1) as others:
-            assert others.started == started[2:]
-        late, monotonic = 2 * processes.PATIENCE, time.monotonic
-        monkeypatch.setattr(processes.time, "monotonic", lambda: monotonic() + late)  # reading took so long
-        with crew_of(*lit_room, QUICK) as crew:
-            assert same(finished(bake(*lit_room, QUICK, crew=crew)), baked(*lit_room, QUICK))
-            assert crew._hands.started == started[:2] and crew._hands._workers
-        with processes_at_hand(2) as later:
-            assert later.started == started[3:]
-    with crew_ahead():
-        pass
-    assert len(started) == 7 and all(process.returncode is not None for process in started)
-
-
-def test_nothing_is_started_ahead_where_a_bake_would_work_alone(monkeypatch, started):
-    monkeypatch.setattr(crews, "worker_count", lambda: 1)
-    with crew_ahead():
-        assert not started
 
 
 def test_local_processes_work_on_the_smallest_bake_where_there_is_memory(lit_room, monkeypatch, started):

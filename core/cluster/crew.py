@@ -33,7 +33,7 @@ from .processes import ProcessHands, processes_at_hand
 LOCAL = "local"
 
 #: Seconds of one processor of the reference from which on a bake is worth the start of processes.
-WORTH = 6.0
+WORTH = 2.5
 
 
 class Crew:

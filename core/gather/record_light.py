@@ -53,6 +53,7 @@ class RecordLight:
         self.common_error = 0.0
         # Looks at the lights, and for which record each is; whether a record looks from all places that it may.
         self._looks: list[tuple[DirectLight, np.ndarray]] = []
+        self._straight: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None  # what they have found
         self._close = np.zeros(2 * len(records), bool)
         if lit.lights and len(records) and not by_photons:
             self._look_from(records.lookouts, np.repeat(np.arange(2 * len(records)), LOOKOUTS))
@@ -78,10 +79,12 @@ class RecordLight:
         for light, _ in self._looks:
             yield from _rounds(light, times)
         if self._looks:
+            self._straight = self._means()
             lookouts, record = self._closer()
             if len(record):
                 self._look_from(lookouts, record)
                 yield from _rounds(self._looks[-1][0], times)
+                self._straight = self._means()
 
     def _look_from(self, lookouts: Landings, record: np.ndarray) -> None:
         """Look at the lights from these K ``lookouts`` as well, each for a ``record`` (K,)."""
@@ -109,8 +112,7 @@ class RecordLight:
         record, lookouts = self.records.more_lookouts(chosen)
         return lookouts, record
 
-    @property
-    def _straight(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _means(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """What comes straight from the lights (2 C, 3) W/m^2; the variance (2 C,) of its RGB sum over the places from
         where each record looks, and how many (2 C,) these are."""
         parts = [(light.irradiance.value, record) for light, record in self._looks]

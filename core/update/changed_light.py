@@ -153,10 +153,10 @@ class ChangedRecords:
     def _more_from_lights(self, seed: int) -> Generator[None, None, np.ndarray]:
         """How much more (2 C, 3) W/m^2 comes straight from the lights to the records of the first bake."""
         first, changes = self._first.records, self._changes
-        lookouts = first.lookouts
-        more = np.zeros((len(lookouts.places), 3))
         if first.lamps is None or len(changes.balls) == 0:
             return np.zeros((len(first.held.places), 3))
+        lookouts = first.lookouts
+        more = np.zeros((len(lookouts.places), 3))
         lamps = first.lamps.among(self._first.lit.lights)
         places = WantedPlaces(lookouts.stands, lookouts.normals, lookouts.normals, first.lamps.group)
 

@@ -152,8 +152,8 @@ class Patches:
     """The PATCHES of T triangles, looked at in that ``view``, with what is given at their corners (T, 3, c).
 
     ``unknown`` is called with what is not known; ``material_index`` is the material's, and ``alphas`` are as
-    :class:`Probe` found them. Images show their mean over each
-    patch, or, with the number of a ``draw``, what they show at one place on it; draws come in even numbers.
+    :class:`Probe` found them. Images show their mean over each patch, or, with the number of a ``draw``, what they show
+    at one place on it; draws come in even numbers.
     """
 
     real = True
